@@ -1,0 +1,1 @@
+"""What moves: weak forms and their assembly into node-blocked arrays."""

@@ -1,0 +1,1 @@
+"""What touches what: bodies, tagged boundaries, nested refinement and rigid roads."""

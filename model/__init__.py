@@ -1,0 +1,1 @@
+"""How it touches: the node loop, friction laws, corrections and closed forms."""
