@@ -1,0 +1,22 @@
+.PHONY: demos test lint clean
+
+# One thread per process: the suite runs as two processes, and the run times reported are those of one core.
+export OMP_NUM_THREADS = 1
+export NUMBA_NUM_THREADS = 1
+
+demos: .venv/ready
+	set -e; for demo in demos/*.py; do .venv/bin/python "$$demo"; done
+
+test: .venv/ready
+	.venv/bin/python -m pytest -n 2
+
+lint: .venv/ready
+	.venv/bin/ruff check
+	.venv/bin/mypy
+
+clean:
+	rm -rf .venv results .*_cache .hypothesis *.egg-info
+	find . -name __pycache__ -prune -exec rm -rf {} +
+
+.venv/ready: .ci/setup pyproject.toml requirements.lock
+	.ci/setup
