@@ -1,1 +1,9 @@
-"""What touches what: bodies, tagged boundaries, nested refinement and rigid roads."""
+"""What touches what: bodies with named boundaries, and rigid roads."""
+
+from geometry.body import Body
+from geometry.grid import Grid
+from geometry.half_cylinder import half_cylinder, half_cylinder_nested
+from geometry.rectangle import box, rectangle
+from geometry.road import Plane, Road
+
+__all__ = ["Body", "Grid", "Plane", "Road", "box", "half_cylinder", "half_cylinder_nested", "rectangle"]

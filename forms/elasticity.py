@@ -1,0 +1,223 @@
+"""Weak forms of linear elasticity, assembled into node-blocked arrays; only what is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sparse
+
+from geometry import Body, compat
+
+import ufl  # isort: skip
+from dolfinx import fem  # isort: skip
+from dolfinx import mesh as dolfinx_mesh  # isort: skip
+
+from forms.material import Anisotropic, Isotropic, check_kinematics
+
+Material = Isotropic | Anisotropic
+
+# Quadrature: exact for cells with straight and parallel sides (stiffness), and for any straight-sided cells
+# (mass).
+STIFFNESS_DEGREE = {"triangle": 0, "tetrahedron": 0, "quadrilateral": 2, "hexahedron": 2}
+MASS_DEGREE = {"triangle": 2, "tetrahedron": 2, "quadrilateral": 3, "hexahedron": 4}
+FACET_DEGREE = 3
+
+
+class Elasticity:
+    """Linear elasticity of a body.
+
+    Parameters
+    ----------
+    body : Body
+    material : one for the whole body, or {name of a region: material} for all of it
+    kinematics : "plane strain" (per unit thickness), "plane stress" (likewise), or "3d"
+
+    Raises
+    ------
+    ValueError
+        for kinematics that do not fit the body's dimension, and for regions that are unknown, missing or
+        overlap.
+    """
+
+    def __init__(
+        self, body: Body, material: Material | Mapping[str, Material], kinematics: str | None = None
+    ):
+        kinematics = kinematics or {2: "plane strain", 3: "3d"}[body.dim]
+        check_kinematics(kinematics)
+        if (kinematics == "3d") != (body.dim == 3):
+            raise ValueError(f"The kinematics {kinematics!r} does not fit a body in {body.dim} dimensions.")
+        self.body, self.kinematics = body, kinematics
+        self.regions, self.materials, self.material_of = _materials(body, material)
+        self.V = fem.functionspace(body.mesh, compat.lagrange(body.cell, (body.dim,)))
+        if not np.array_equal(self.V.dofmap.list, body.cells):
+            raise RuntimeError("dolfinx numbers degrees of freedom and nodes differently on this mesh.")
+
+    def stiffness(self) -> sparse.bsr_array:
+        """Return K, (N dim, N dim) in dim x dim blocks: integral of strain(v) . C strain(u)."""
+        u, v = ufl.TrialFunction(self.V), ufl.TestFunction(self.V)
+        matrices = [material.matrix(self.kinematics) for material in self.materials]
+        C = self._coefficient(np.array(matrices))
+        dx = self._dx(STIFFNESS_DEGREE[self.body.cell])
+        return sparse.bsr_array(self._matrix(ufl.inner(C * _voigt(v), _voigt(u)) * dx))
+
+    def mass(self, density: float | Mapping[str, float]) -> sparse.bsr_array:
+        """Return M, (N dim, N dim): integral of density v . u, consistent."""
+        u, v = ufl.TrialFunction(self.V), ufl.TestFunction(self.V)
+        rho = self._coefficient(self._densities(density))
+        return sparse.bsr_array(self._matrix(rho * ufl.inner(v, u) * self._dx(MASS_DEGREE[self.body.cell])))
+
+    def damping(self, alpha: float, beta: float, density: float | Mapping[str, float]) -> sparse.bsr_array:
+        """Return Rayleigh's C = alpha M + beta K; alpha (1/time) and beta (time) must not be negative."""
+        for name, value in (("alpha", alpha), ("beta", beta)):
+            if not (np.isfinite(value) and value >= 0):
+                raise ValueError(f"The damping coefficient {name} is {value}; it must not be negative.")
+        return sparse.bsr_array(alpha * self.mass(density) + beta * self.stiffness())
+
+    def body_force(self, vector: Sequence[float]) -> np.ndarray:
+        """Return nodal forces (N, dim) of a force per volume, say density times gravity."""
+        force = fem.Constant(self.body.mesh, self._vector(vector, "body force"))
+        return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._dx(MASS_DEGREE[self.body.cell]))
+
+    def traction(self, name: str, vector: Sequence[float]) -> np.ndarray:
+        """Return nodal forces (N, dim) of a force per area (per length in the plane) on the boundary `name`."""
+        force = fem.Constant(self.body.mesh, self._vector(vector, "traction"))
+        return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._ds(name))
+
+    def total_force(self, name: str, vector: Sequence[float]) -> np.ndarray:
+        """Return nodal forces (N, dim) of a uniform traction on `name` whose sum is `vector`."""
+        total = self._vector(vector, "total force")
+        weights = self.traction(name, np.ones(self.body.dim))
+        return weights / weights.sum(axis=0) * total
+
+    def boundary_mass(self, name: str) -> sparse.csr_array:
+        """Return (N, N), the integral of v u over the boundary `name`, for pressures from nodal forces."""
+        u, v = ufl.TrialFunction(self._scalar_space), ufl.TestFunction(self._scalar_space)
+        matrix = sparse.csr_array(self._matrix(v * u * self._ds(name)))
+        matrix.eliminate_zeros()
+        return matrix
+
+    def stress(self, u: np.ndarray) -> np.ndarray:
+        """Return the stress at the middle of each cell, (cells, 3, 3), with sigma_zz, in dolfinx's order of
+        cells.
+
+        The strain is that of the shape functions at the cell's centre, where bilinear elements are at their
+        best.
+        """
+        cells, dim = self.body.cells, self.body.dim
+        gradient = np.einsum("cki,ckj->cij", np.asarray(u)[cells], self._gradients)
+        strain = (gradient + gradient.transpose(0, 2, 1)) / 2
+        pairs = [(0, 0), (1, 1), (0, 1)] if dim == 2 else [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+        voigt = np.stack([strain[:, i, j] * (1 if i == j else 2) for i, j in pairs], axis=1)
+        C = np.array([material.matrix(self.kinematics) for material in self.materials])
+        values = np.einsum("cij,cj->ci", C[self.material_of], voigt)
+        stress = np.zeros((len(cells), 3, 3))
+        for (i, j), value in zip(pairs, values.T):
+            stress[:, i, j] = stress[:, j, i] = value
+        if dim == 2:
+            rows = np.array([material.out_of_plane(self.kinematics) for material in self.materials])
+            stress[:, 2, 2] = np.einsum("cj,cj->c", rows[self.material_of], voigt)
+        return stress
+
+    def von_mises(self, u: np.ndarray) -> np.ndarray:
+        """Return von Mises' equivalent stress at the middle of each cell, (cells,)."""
+        stress = self.stress(u)
+        deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+        return np.sqrt(1.5 * np.einsum("cij,cij->c", deviator, deviator))
+
+    @cached_property
+    def _scalar_space(self):
+        return fem.functionspace(self.body.mesh, compat.lagrange(self.body.cell))
+
+    @cached_property
+    def _gradients(self) -> np.ndarray:
+        """Gradients of the shape functions at the middle of each cell, (cells, k, dim)."""
+        body, dim = self.body, self.body.dim
+        if body.cell in ("triangle", "tetrahedron"):
+            reference = np.vstack([-np.ones(dim), np.eye(dim)])
+        else:
+            corners = np.arange(2**dim)[:, None] >> np.arange(dim) & 1
+            reference = (2 * corners - 1) * 0.5 ** (dim - 1)
+        jacobian = np.einsum("cki,kj->cij", body.coordinates[body.cells], reference)
+        return np.einsum("kj,cji->cki", reference, np.linalg.inv(jacobian))
+
+    def _coefficient(self, values: np.ndarray):
+        """Turn values, one for each material, into a constant or, for several materials, a cellwise function.
+
+        As data rather than numbers in the form, so that a form is compiled once for all materials.
+        """
+        mesh = self.body.mesh
+        if len(values) == 1:
+            return fem.Constant(mesh, values[0])
+        cellwise = fem.Function(fem.functionspace(mesh, ("DG", 0, values.shape[1:])))
+        cellwise.x.array[:] = values[self.material_of].ravel()
+        return cellwise
+
+    def _densities(self, density: float | Mapping[str, float]) -> np.ndarray:
+        given = density.values() if isinstance(density, Mapping) else [density]
+        for value in given:
+            if not (np.isfinite(value) and value > 0):
+                raise ValueError(f"The density is {value}; it must be positive.")
+        if not isinstance(density, Mapping):
+            return np.full(len(self.materials), float(density))
+        if set(density) != set(self.regions):
+            raise ValueError(
+                f"Densities are given for {sorted(density)}, but the materials' regions are {sorted(self.regions)}."
+            )
+        return np.array([float(density[name]) for name in self.regions])
+
+    def _vector(self, vector: Sequence[float], what: str) -> np.ndarray:
+        value = np.asarray(vector, dtype=float)
+        if value.shape != (self.body.dim,) or not np.isfinite(value).all():
+            raise ValueError(f"The {what} is {vector}; it must be {self.body.dim} finite numbers.")
+        return value
+
+    def _dx(self, degree: int):
+        return ufl.dx(metadata={"quadrature_degree": degree})
+
+    def _ds(self, name: str):
+        """Measure on one boundary, always under tag 1 so that all boundaries share compiled forms."""
+        tags = self.body.facet_tags.find(self.body.names[self.body.check_name(name)])
+        mesh = self.body.mesh
+        here = dolfinx_mesh.meshtags(mesh, self.body.dim - 1, tags, np.ones(len(tags), dtype=np.int32))
+        return ufl.Measure("ds", mesh, subdomain_data=here, metadata={"quadrature_degree": FACET_DEGREE})(1)
+
+    def _matrix(self, integrand):
+        """Assemble; blocked if the space is."""
+        matrix = fem.assemble_matrix(fem.form(integrand))
+        matrix.scatter_reverse()
+        return matrix.to_scipy().copy()
+
+    def _load(self, integrand) -> np.ndarray:
+        return fem.assemble_vector(fem.form(integrand)).array.reshape(-1, self.body.dim).copy()
+
+
+def _voigt(u):
+    """Strain xx, yy, xy or xx, yy, zz, yz, xz, xy, with engineering shear strains."""
+    e = ufl.sym(ufl.grad(u))
+    if e.ufl_shape == (2, 2):
+        return ufl.as_vector([e[0, 0], e[1, 1], 2 * e[0, 1]])
+    return ufl.as_vector([e[0, 0], e[1, 1], e[2, 2], 2 * e[1, 2], 2 * e[0, 2], 2 * e[0, 1]])
+
+
+def _materials(body: Body, material) -> tuple[list[str], list[Material], np.ndarray]:
+    """Return names of regions, their materials, and which of them each cell has."""
+    if not isinstance(material, Mapping):
+        return [], [material], np.zeros(len(body.cells), dtype=int)
+    unknown = set(material) - set(body.regions)
+    if unknown:
+        raise ValueError(
+            f"There is no region {min(unknown)!r} in this body; its regions are {sorted(body.regions)}."
+        )
+    times = np.zeros(len(body.cells), dtype=int)
+    material_of = np.zeros(len(body.cells), dtype=int)
+    for number, name in enumerate(material):
+        times[body.regions[name]] += 1
+        material_of[body.regions[name]] = number
+    if np.any(times != 1):
+        raise ValueError(
+            f"{np.count_nonzero(times == 0)} cells have no material and {np.count_nonzero(times > 1)} have several; "
+            f"let the regions {sorted(material)} cover each cell once."
+        )
+    return list(material), list(material.values()), material_of

@@ -1,0 +1,99 @@
+"""Elastic materials: Hooke's law as a matrix, in Voigt's order xx, yy, zz, yz, xz, xy with engineering shears."""
+
+from __future__ import annotations
+
+import numpy as np
+
+KINEMATICS = ("plane strain", "plane stress", "3d")
+IN_PLANE = [0, 1, 5]
+OUT_OF_PLANE = [2, 3, 4]
+
+
+class Isotropic:
+    """Young's modulus E > 0 (force per area) and Poisson's ratio nu, -1 < nu < 0.5."""
+
+    def __init__(self, E: float, nu: float):
+        if not (np.isfinite(E) and E > 0):
+            raise ValueError(f"Young's modulus E is {E}; it must be positive.")
+        if not -1 < nu < 0.5:
+            raise ValueError(f"Poisson's ratio nu is {nu}; it must lie between -1 and 0.5, both excluded.")
+        self.E, self.nu = float(E), float(nu)
+
+    def matrix(self, kinematics: str) -> np.ndarray:
+        """Return the elasticity matrix, 3 x 3 for plane kinematics, 6 x 6 for "3d"."""
+        check_kinematics(kinematics)
+        E, nu = self.E, self.nu
+        shear = E / (2 * (1 + nu))
+        if kinematics == "plane stress":
+            direct = E / (1 - nu**2) * np.array([[1, nu], [nu, 1]])
+        else:
+            size = 2 if kinematics == "plane strain" else 3
+            direct = 2 * shear * (np.eye(size) + nu / (1 - 2 * nu))
+        size = len(direct)
+        C = np.zeros((3, 3) if size == 2 else (6, 6))
+        C[:size, :size] = direct
+        C[range(size, len(C)), range(size, len(C))] = shear
+        return C
+
+    def out_of_plane(self, kinematics: str) -> np.ndarray:
+        """Return the row (3,) that gives sigma_zz from the in-plane strain."""
+        row = np.zeros(3)
+        if kinematics == "plane strain":
+            row[:2] = self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu))
+        return row
+
+
+class Anisotropic:
+    """Any symmetric positive definite elasticity matrix.
+
+    Parameters
+    ----------
+    matrix : (6, 6), order xx, yy, zz, yz, xz, xy; plane problems take from it what their kinematics leaves:
+        strain zz, yz, xz zero (plane strain), or stress zz, yz, xz zero (plane stress). Or (3, 3), order xx,
+        yy, xy, for plane problems only, taken as it is; stress zz is then unknown and counted as zero.
+    """
+
+    def __init__(self, matrix: np.ndarray):
+        C = np.array(matrix, dtype=float)
+        if C.shape not in ((3, 3), (6, 6)):
+            raise ValueError(
+                f"The elasticity matrix has the shape {C.shape}; it must be (6, 6), or (3, 3) in the plane."
+            )
+        if not np.isfinite(C).all():
+            raise ValueError("The elasticity matrix has entries that are not finite numbers.")
+        if not np.allclose(C, C.T, rtol=0, atol=1e-10 * np.abs(C).max()):
+            raise ValueError(
+                f"The elasticity matrix differs from its transpose by {abs(C - C.T).max()}; they must be equal."
+            )
+        self.C = (C + C.T) / 2
+        smallest = np.linalg.eigvalsh(self.C)[0]
+        if smallest <= 0:
+            raise ValueError(f"The elasticity matrix has the eigenvalue {smallest}; all must be positive.")
+
+    def matrix(self, kinematics: str) -> np.ndarray:
+        """Return the elasticity matrix, 3 x 3 for plane kinematics, 6 x 6 for "3d"."""
+        check_kinematics(kinematics)
+        if len(self.C) == 3:
+            if kinematics == "3d":
+                raise ValueError("A 3 x 3 elasticity matrix serves plane problems only; give 6 x 6 for 3-D.")
+            return self.C
+        if kinematics == "3d":
+            return self.C
+        plane = self.C[np.ix_(IN_PLANE, IN_PLANE)]
+        if kinematics == "plane strain":
+            return plane
+        across = self.C[np.ix_(IN_PLANE, OUT_OF_PLANE)]
+        return plane - across @ np.linalg.solve(self.C[np.ix_(OUT_OF_PLANE, OUT_OF_PLANE)], across.T)
+
+    def out_of_plane(self, kinematics: str) -> np.ndarray:
+        """Return the row (3,) that gives sigma_zz from the in-plane strain."""
+        known = kinematics == "plane strain" and len(self.C) == 6
+        return self.C[2, IN_PLANE] if known else np.zeros(3)
+
+
+def check_kinematics(kinematics: str) -> None:
+    """Raise a ValueError unless the kinematics is known."""
+    if kinematics not in KINEMATICS:
+        raise ValueError(
+            f"The kinematics is {kinematics!r}; it must be one of {', '.join(map(repr, KINEMATICS))}."
+        )

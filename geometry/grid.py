@@ -1,0 +1,239 @@
+"""A mesh as plain arrays, and its uniform refinement with the transfer between the two."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+import scipy.sparse as sparse
+
+FACET = {
+    "quadrilateral": "interval",
+    "triangle": "interval",
+    "hexahedron": "quadrilateral",
+    "tetrahedron": "triangle",
+}
+DIMENSION = {"quadrilateral": 2, "triangle": 2, "hexahedron": 3, "tetrahedron": 3}
+LOCAL_FACETS = {
+    "triangle": [[1, 2], [0, 2], [0, 1]],
+    "quadrilateral": [[0, 1], [0, 2], [1, 3], [2, 3]],
+    "tetrahedron": [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]],
+    "hexahedron": [[0, 1, 2, 3], [0, 1, 4, 5], [0, 2, 4, 6], [1, 3, 5, 7], [2, 3, 6, 7], [4, 5, 6, 7]],
+}
+
+
+def _tensor_pattern(dim: int) -> tuple[list[tuple[int, ...]], np.ndarray]:
+    """Lattice of 3^dim nodes on a tensor-product cell and its 2^dim children.
+
+    Each lattice node is given by the vertices of which it is the mean: one (a vertex), two (an edge), four (a
+    face) or eight (the cell).
+    """
+    lattice = list(product(range(3), repeat=dim))
+    corners = [corner[::-1] for corner in product(range(2), repeat=dim)]  # vertex i + 2 j + 4 k
+    means = [
+        tuple(v for v, corner in enumerate(corners) if all(x in (1, 2 * c) for x, c in zip(node, corner)))
+        for node in lattice
+    ]
+    children = [
+        [lattice.index(tuple(o + c for o, c in zip(origin, corner))) for corner in corners]
+        for origin in corners
+    ]
+    return means, np.array(children)
+
+
+def _simplex_pattern(vertices: int, children: list[list[tuple[int, ...]]]):
+    """Vertices and edge midpoints of a simplex and its children, each child given by such nodes."""
+    means = [(v,) for v in range(vertices)]
+    means += [(a, b) for a in range(vertices) for b in range(a + 1, vertices)]
+    return means, np.array([[means.index(node) for node in child] for child in children])
+
+
+PATTERN = {
+    "interval": _tensor_pattern(1),
+    "quadrilateral": _tensor_pattern(2),
+    "hexahedron": _tensor_pattern(3),
+    "triangle": _simplex_pattern(
+        3,
+        [
+            [(0,), (0, 1), (0, 2)],
+            [(0, 1), (1,), (1, 2)],
+            [(0, 2), (1, 2), (2,)],
+            [(1, 2), (0, 2), (0, 1)],
+        ],
+    ),
+    # Bey, Tetrahedral grid refinement, Computing 55 (1995): the octahedron in the middle is always cut along
+    # the same diagonal (02)-(13), so that repeated refinement makes at most three shapes of each tetrahedron.
+    "tetrahedron": _simplex_pattern(
+        4,
+        [
+            [(0,), (0, 1), (0, 2), (0, 3)],
+            [(0, 1), (1,), (1, 2), (1, 3)],
+            [(0, 2), (1, 2), (2,), (2, 3)],
+            [(0, 3), (1, 3), (2, 3), (3,)],
+            [(0, 1), (0, 2), (0, 3), (1, 3)],
+            [(0, 1), (0, 2), (1, 2), (1, 3)],
+            [(0, 2), (0, 3), (1, 3), (2, 3)],
+            [(0, 2), (1, 2), (1, 3), (2, 3)],
+        ],
+    ),
+}
+
+
+def number_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Count off the distinct rows of an integer array.
+
+    Parameters
+    ----------
+    rows : (m, k) nonnegative integers
+
+    Returns
+    -------
+    first : (distinct,) position of the first copy of each distinct row
+    number : (m,) which distinct row each row is
+    """
+    base = int(rows.max(initial=0)) + 1
+    first, number = np.unique(rows[:, 0], return_index=True, return_inverse=True)[1:]
+    for column in rows.T[1:]:
+        key = number.astype(np.int64) * base + column
+        first, number = np.unique(key, return_index=True, return_inverse=True)[1:]
+    return first, number
+
+
+@dataclass
+class Grid:
+    """A mesh as plain arrays.
+
+    Parameters
+    ----------
+    points : (N, dim) float
+    cells : (n, k) int, vertices in tensor-product order (quadrilateral: 0 and 3 are opposite corners)
+    cell : "quadrilateral", "triangle", "hexahedron" or "tetrahedron"
+    facets : named parts of the boundary, each (m, k_f) vertices
+    regions : named sets of cells, each an array of cell indices
+    snap : for some of the names in `facets`, a function (m, dim) -> (m, dim) that puts points onto the exact
+        boundary
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    cell: str
+    facets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    regions: Mapping[str, np.ndarray] = field(default_factory=dict)
+    snap: Mapping[str, Callable[[np.ndarray], np.ndarray]] = field(default_factory=dict)
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions, 2 or 3."""
+        return DIMENSION[self.cell]
+
+    def refine(self) -> tuple[Grid, sparse.csr_array]:
+        """Halve every edge.
+
+        New nodes are means of the vertices of their edge, face or cell; those on a boundary with a `snap`
+        function are then moved by it. Old nodes keep their numbers. Names of facets and regions pass on to
+        the children.
+
+        Returns
+        -------
+        finer : Grid, 4 (2-D) or 8 (3-D) cells for each
+        transfer : (N_fine, N) weights; each row the mean that made the node, before snapping
+        """
+        names = list(self.facets)
+        families = [self.cells] + [self.facets[name] for name in names]
+        kinds = [self.cell] + [FACET[self.cell]] * len(names)
+        lattices = [np.empty((len(f), len(PATTERN[k][0])), dtype=np.int64) for f, k in zip(families, kinds)]
+
+        weights = [sparse.eye_array(len(self.points), format="csr")]
+        for size in sorted({len(mean) for mean in PATTERN[self.cell][0]}):
+            nodes, means = _number_means(families, kinds, size)
+            if size > 1:
+                offset = sum(w.shape[0] for w in weights)
+                weights.append(_mean_of(means, len(self.points)))
+            else:
+                offset = 0
+                nodes = [means[n, 0] for n in nodes]
+            for lattice, kind, number in zip(lattices, kinds, nodes):
+                lattice[:, _positions(kind, size)] = number + offset
+        transfer = sparse.csr_array(sparse.vstack(weights, format="csr"))
+        points = transfer @ self.points
+
+        children = [
+            lattice[:, PATTERN[kind][1]].reshape(-1, family.shape[1])
+            for lattice, kind, family in zip(lattices, kinds, families)
+        ]
+        facets = dict(zip(names, children[1:]))
+        for name, onto in self.snap.items():
+            nodes = np.unique(facets[name])
+            nodes = nodes[nodes >= len(self.points)]
+            points[nodes] = onto(points[nodes])
+        per_cell = len(PATTERN[self.cell][1])
+        regions = {
+            name: (np.asarray(cells)[:, None] * per_cell + np.arange(per_cell)).ravel()
+            for name, cells in self.regions.items()
+        }
+        return Grid(points, children[0], self.cell, facets, regions, self.snap), transfer
+
+    def triangles(self) -> Grid:
+        """Split each quadrilateral in two along its shorter diagonal.
+
+        Of equal diagonals the right half of the body takes one and the left half the other, so that a body
+        that is its own mirror image stays so.
+        """
+        if self.cell != "quadrilateral":
+            raise ValueError(
+                f"Only quadrilaterals can be split into triangles, not cells of type {self.cell}."
+            )
+        corner = self.points[self.cells]
+        first = np.linalg.norm(corner[:, 3] - corner[:, 0], axis=1)
+        second = np.linalg.norm(corner[:, 2] - corner[:, 1], axis=1)
+        middle = (self.points[:, 0].min() + self.points[:, 0].max()) / 2
+        right = corner[:, :, 0].mean(axis=1) > middle
+        equal = np.abs(first - second) < 1e-9 * (first + second)
+        take_first = np.where(equal, right, first < second)
+        split = np.where(take_first[:, None, None], [[[0, 1, 3], [0, 3, 2]]], [[[0, 1, 2], [1, 3, 2]]])
+        cells = np.take_along_axis(self.cells[:, None, :], split, axis=2).reshape(-1, 3)
+        regions = {
+            name: (np.asarray(members)[:, None] * 2 + np.arange(2)).ravel()
+            for name, members in self.regions.items()
+        }
+        return Grid(self.points, cells, "triangle", self.facets, regions, self.snap)
+
+
+def _positions(kind: str, size: int) -> list[int]:
+    """Places on the lattice whose node is the mean of `size` vertices."""
+    return [i for i, mean in enumerate(PATTERN[kind][0]) if len(mean) == size]
+
+
+def _number_means(families, kinds, size: int) -> tuple[list[np.ndarray], np.ndarray]:
+    """Count off the edges (size 2), faces (4) or cells (8) of all families together.
+
+    Returns the numbers (cells, places) of each family and the vertices (distinct, size) of each number.
+    """
+    rows = []
+    for family, kind in zip(families, kinds):
+        local = [PATTERN[kind][0][i] for i in _positions(kind, size)]
+        rows.append(family[:, np.array(local, dtype=np.int64).reshape(-1, size)].reshape(-1, size))
+    stacked = np.sort(np.concatenate(rows), axis=1)
+    first, number = number_rows(stacked)
+    parts = np.split(number, np.cumsum([len(r) for r in rows])[:-1])
+    parts = [part.reshape(len(family), -1) for part, family in zip(parts, families)]
+    return parts, stacked[first]
+
+
+def _mean_of(vertices: np.ndarray, columns: int) -> sparse.csr_array:
+    """Rows that take the mean of their vertices (m, size)."""
+    count, size = vertices.shape
+    return sparse.csr_array(
+        (np.full(count * size, 1.0 / size), vertices.ravel(), np.arange(0, count * size + 1, size)),
+        shape=(count, columns),
+    )
+
+
+def exterior_facets(grid: Grid) -> np.ndarray:
+    """Return the facets that belong to one cell only, (m, k_f) vertices."""
+    local = np.array(LOCAL_FACETS[grid.cell])
+    facets = grid.cells[:, local].reshape(-1, local.shape[1])
+    first, number = number_rows(np.sort(facets, axis=1))
+    return facets[first[np.bincount(number) == 1]]
