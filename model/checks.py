@@ -1,0 +1,42 @@
+"""Input checks shared by the closed forms: one sentence a wrong argument."""
+
+from numbers import Real
+
+import numpy as np
+
+
+def positive(**values: float) -> None:
+    """Refuse any named value that is not a finite number above zero.
+
+    Raises
+    ------
+    ValueError
+        Naming the argument and its value.
+    """
+    for name, value in values.items():
+        if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
+            raise ValueError(f"{name} must be a finite number greater than 0, not {value!r}.")
+
+
+def poisson_ratio(nu: float, highest: float = 0.5) -> None:
+    """Refuse a Poisson's ratio outside -1 < nu <= `highest`.
+
+    Raises
+    ------
+    ValueError
+        Naming the value.
+    """
+    if not (isinstance(nu, Real) and -1 < nu <= highest):
+        raise ValueError(f"nu must be greater than -1 and at most {highest:g}, not {nu!r}.")
+
+
+def tangential_load(Q: float, limit: float) -> None:
+    """Refuse a tangential force that friction cannot hold: 0 <= Q <= mu P is what it takes.
+
+    Raises
+    ------
+    ValueError
+        Naming the force and the limit.
+    """
+    if not (isinstance(Q, Real) and 0 <= Q <= limit):
+        raise ValueError(f"Q must lie between 0 and mu P = {limit:g}, not {Q!r}; beyond it the body slides.")
