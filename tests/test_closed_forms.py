@@ -81,17 +81,17 @@ def test_spence_converges_with_the_square_of_the_panels():
     assert values[2] == pytest.approx([0.94102, 0.94266], abs=3e-5)
 
 
-@pytest.mark.parametrize(("nu", "slip_zone"), [(0.0, 5e-3), (0.3, 2e-4), (0.45, 2e-4)])
-def test_spence_tends_to_full_adhesion(nu, slip_zone):
+@pytest.mark.parametrize("nu", [0.3, 0.45])
+def test_spence_tends_to_full_adhesion(nu):
     """A punch that cannot slip has a closed form, Johnson (2.72); the cylinder is a sum of such punches.
 
     Its tractions change sign for ever near the edge: a little slips there however rough the plane.
     """
     beta, punch = dundurs_beta(nu), unit_punch(1e6, nu)
     epsilon = np.arctanh(beta) / np.pi
-    assert punch.pressure[0] == pytest.approx(1 / (np.pi * np.sqrt(1 - beta**2)), rel=slip_zone)
+    assert punch.pressure[0] == pytest.approx(1 / (np.pi * np.sqrt(1 - beta**2)), rel=2e-4)
     growth = 1 - epsilon * quad(lambda y: np.sin(epsilon * y) / np.cosh(y / 2), 0, 200, limit=200)[0]
-    assert punch.growth == pytest.approx(growth, rel=slip_zone)
+    assert punch.growth == pytest.approx(growth, rel=2e-4)
     inner = punch.edges[1:] < 0.9
     middle = (punch.edges[1:] + punch.edges[:-1])[inner] / 2
     turn = epsilon * np.log((1 + middle) / (1 - middle))
