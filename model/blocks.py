@@ -1,0 +1,169 @@
+"""Node-blocked sparse matrices: the compiled kernels that the contact loop and the corrections share.
+
+A matrix is held as in `scipy.sparse.bsr_array`, one block row a node. Each kernel is compiled once per block size, so
+that the innermost loops are unrolled; rows of two and three unknowns are written out, with sums split (a Gauss-Seidel
+row is one long chain of additions) and unsigned indices (which spares the test for negative ones).
+"""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from scipy.sparse import bsr_array
+
+REORDER_SUMS = {"contract", "reassoc", "nsz"}  # never 'nnan': a NaN must stay one
+
+
+class BlockMatrix(NamedTuple):
+    """A block-sparse matrix as compiled code takes it: `indptr` (n + 1,), `indices` (m,), `data` (m, rows, columns)."""
+
+    indptr: np.ndarray
+    indices: np.ndarray
+    data: np.ndarray
+
+
+def block_matrix(A: bsr_array) -> BlockMatrix:
+    """Hand a `bsr_array` to compiled code; the values are shared, not copied, where they are C-contiguous."""
+    return BlockMatrix(
+        A.indptr.astype(np.uint64), A.indices.astype(np.uint32), np.ascontiguousarray(A.data, dtype=np.float64)
+    )
+
+
+def node_order(order: Any, nodes: int) -> np.ndarray:
+    """The order in which nodes are visited, as compiled code takes it; None is 0, 1, 2, ..."""
+    return np.arange(nodes, dtype=np.uint32) if order is None else np.asarray(order, dtype=np.uint32)
+
+
+@njit(inline="always")
+def row_defect_2(A, load, u, i, r):
+    """Write load_i - sum_j A_ij u_j into r, for blocks of two."""
+    r0, r1 = load[i, 0], load[i, 1]
+    s0, s1 = 0.0, 0.0
+    for k in range(A.indptr[i], A.indptr[i + 1]):
+        j = A.indices[k]
+        x, y = u[j, 0], u[j, 1]
+        r0 -= A.data[k, 0, 0] * x
+        s0 -= A.data[k, 0, 1] * y
+        r1 -= A.data[k, 1, 0] * x
+        s1 -= A.data[k, 1, 1] * y
+    r[0], r[1] = r0 + s0, r1 + s1
+
+
+@njit(inline="always")
+def row_defect_3(A, load, u, i, r):
+    """Write load_i - sum_j A_ij u_j into r, for blocks of three."""
+    r0, r1, r2 = load[i, 0], load[i, 1], load[i, 2]
+    for k in range(A.indptr[i], A.indptr[i + 1]):
+        j = A.indices[k]
+        x, y, z = u[j, 0], u[j, 1], u[j, 2]
+        r0 -= A.data[k, 0, 0] * x + A.data[k, 0, 1] * y + A.data[k, 0, 2] * z
+        r1 -= A.data[k, 1, 0] * x + A.data[k, 1, 1] * y + A.data[k, 1, 2] * z
+        r2 -= A.data[k, 2, 0] * x + A.data[k, 2, 1] * y + A.data[k, 2, 2] * z
+    r[0], r[1], r[2] = r0, r1, r2
+
+
+@njit(inline="always")
+def row_defect_any(A, load, u, i, r):
+    """Write load_i - sum_j A_ij u_j into r, for blocks of any size."""
+    for a in range(r.size):
+        s = load[i, a]
+        for k in range(A.indptr[i], A.indptr[i + 1]):
+            j = A.indices[k]
+            for b in range(r.size):
+                s -= A.data[k, a, b] * u[j, b]
+        r[a] = s
+
+
+@lru_cache
+def gauss_seidel(size: int):
+    """Compile a sweep over the block rows in `order`: u_i += D_i^-1 (load - A u)_i, `inverse` (n, size, size) holding D_i^-1."""
+
+    @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+    def sweep(A, inverse, load, u, order):
+        r = np.empty(size)
+        for i in order:
+            if size == 2:
+                row_defect_2(A, load, u, i, r)
+            elif size == 3:
+                row_defect_3(A, load, u, i, r)
+            else:
+                row_defect_any(A, load, u, i, r)
+            for a in range(size):
+                s = 0.0
+                for b in range(size):
+                    s += inverse[i, a, b] * r[b]
+                u[i, a] += s
+
+    return sweep
+
+
+@lru_cache
+def defect(size: int):
+    """Compile r = load - A u, with r, load and u of shape (n, size)."""
+
+    @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+    def compute(A, load, u, r):
+        row = np.empty(size)
+        for i in range(r.shape[0]):
+            if size == 2:
+                row_defect_2(A, load, u, i, row)
+            elif size == 3:
+                row_defect_3(A, load, u, i, row)
+            else:
+                row_defect_any(A, load, u, i, row)
+            for a in range(size):
+                r[i, a] = row[a]
+
+    return compute
+
+
+@njit(cache=True, error_model="numpy")
+def diagonal_blocks(A, rows, diagonal):
+    """Copy the diagonal blocks of the given rows into `diagonal` (n, d, d)."""
+    for i in rows:
+        for k in range(A.indptr[i], A.indptr[i + 1]):
+            if A.indices[k] == i:
+                diagonal[i] = A.data[k]
+
+
+@njit(cache=True, error_model="numpy")
+def generalised_inverses(blocks, rows, inverses):
+    """Write into `inverses` G with B G B = B for the symmetric positive semi-definite `blocks` (n, d, d) of the given rows.
+
+    Gauss-Jordan with diagonal pivots, largest first; a pivot below 1e-13 of the largest is a direction in which
+    nothing resists, and gets a zero row and column.
+    """
+    d = blocks.shape[1]
+    done = np.empty(d, dtype=np.bool_)
+    for i in rows:
+        G = inverses[i]
+        G[:] = blocks[i]
+        largest = 0.0
+        for a in range(d):
+            done[a] = False
+            largest = max(largest, G[a, a])
+        for _ in range(d):
+            pivot = -1
+            for a in range(d):
+                if not done[a] and G[a, a] > 1e-13 * largest and (pivot < 0 or G[a, a] > G[pivot, pivot]):
+                    pivot = a
+            if pivot < 0:
+                break
+            done[pivot] = True
+            scale = 1.0 / G[pivot, pivot]
+            for a in range(d):
+                if a != pivot:
+                    factor = G[a, pivot] * scale
+                    for b in range(d):
+                        if b != pivot:
+                            G[a, b] -= factor * G[pivot, b]
+                    G[a, pivot] = -factor
+            for b in range(d):
+                G[pivot, b] *= scale
+            G[pivot, pivot] = scale
+        # Gauss-Jordan leaves the skew signs of a sweep operator; undone pivots take no part
+        for a in range(d):
+            for b in range(d):
+                if not (done[a] and done[b]):
+                    G[a, b] = 0.0

@@ -1,0 +1,177 @@
+"""Friction laws: how large the tangential force on a contact node can be.
+
+A law is one small compiled function
+
+    bound(pressure, slip, state) -> largest tangential force,
+
+with `pressure` the nodal contact force (>= 0), `slip` the length of the node's slip in the step, times the `slip_rate` of
+the solve (1 for increments; 1/dt turns it into a speed), and `state` 1.0 where the node was slipping at the end of the
+last step, else 0.0. A node sticks while its tangential force stays below bound(p, 0, state); otherwise it slips, and the
+force equals bound(p, slip, state) and opposes the slip. The loop calls laws through a pointer: one compiled loop serves them all,
+and a frictionless scene compiles none of it.
+"""
+
+from math import exp, isfinite
+from typing import Any
+
+from numba import cfunc
+
+SIGNATURE = "float64(float64, float64, float64)"
+
+
+class FrictionLaw:
+    """A friction law for the contact loop.
+
+    Parameters
+    ----------
+    bound : callable
+        The compiled function `bound(pressure, slip, state)`, as made by `friction_law`.
+    name : str
+        How reports call it.
+    coefficient : float
+        The coefficient at rest, tau / p; it decides whether friction can hold a body.
+    """
+
+    def __init__(self, bound: Any, name: str, coefficient: float):
+        self.bound = bound
+        self.name = name
+        self.coefficient = coefficient
+
+    def __repr__(self) -> str:
+        """Return the law's name with its coefficients."""
+        return self.name
+
+
+def friction_law(function: Any, coefficient: float = 0.0) -> FrictionLaw:
+    """Turn a user's own function `bound(pressure, slip, state)` into a law.
+
+    Parameters
+    ----------
+    function : callable
+        Plain Python arithmetic on three floats; numba compiles it. Its value must be finite and >= 0, and must not
+        exceed what it is at zero slip by more than the elastic body can follow.
+    coefficient : float
+        Coefficient of friction at rest, used only to judge whether the road can hold the body.
+
+    Returns
+    -------
+    FrictionLaw
+    """
+    return FrictionLaw(cfunc(SIGNATURE)(function), getattr(function, "__name__", "friction law"), coefficient)
+
+
+def _checked(**coefficients: float) -> None:
+    for name, value in coefficients.items():
+        if not (isfinite(value) and value >= 0.0):
+            raise ValueError(f"{name} is {value}, but a friction coefficient is a finite number >= 0.")
+
+
+def coulomb(mu: float) -> FrictionLaw:
+    """Coulomb's law, |tau| <= mu p (eq. (7) of the paper).
+
+    Parameters
+    ----------
+    mu : float
+        Coefficient of friction, >= 0.
+
+    Raises
+    ------
+    ValueError
+        If `mu` is negative or not finite.
+    """
+    _checked(mu=mu)
+    mu = float(mu)
+
+    @cfunc(SIGNATURE, cache=True)
+    def bound(pressure, slip, state):
+        return mu * pressure
+
+    return FrictionLaw(bound, f"Coulomb(mu={mu:g})", mu)
+
+
+def static_kinetic(mu_static: float, mu_kinetic: float) -> FrictionLaw:
+    """Different coefficients at rest and in motion: |tau| <= mu_s p at rest, mu_k p in slip.
+
+    A node that slipped in the last step needs only mu_k p to go on (Amontons-Coulomb with a static coefficient; Rabinowicz,
+    Friction and Wear of Materials, 1965).
+
+    Parameters
+    ----------
+    mu_static, mu_kinetic : float
+        Coefficients, mu_static >= mu_kinetic >= 0.
+
+    Raises
+    ------
+    ValueError
+        If a coefficient is negative or not finite, or the kinetic one exceeds the static one.
+    """
+    _checked(mu_static=mu_static, mu_kinetic=mu_kinetic)
+    if mu_kinetic > mu_static:
+        raise ValueError(f"mu_kinetic is {mu_kinetic}, but it must not exceed mu_static, {mu_static}.")
+    mu_static, mu_kinetic = float(mu_static), float(mu_kinetic)
+
+    @cfunc(SIGNATURE, cache=True)
+    def bound(pressure, slip, state):
+        return (mu_kinetic if slip > 0.0 or state > 0.0 else mu_static) * pressure
+
+    return FrictionLaw(bound, f"static and kinetic(mu_s={mu_static:g}, mu_k={mu_kinetic:g})", mu_static)
+
+
+def viscous(mu: float, viscosity: float) -> FrictionLaw:
+    """Coulomb friction with a viscous part, |tau| <= mu p + c v (Olsson et al., European Journal of Control 4, 1998, eq. (4)).
+
+    Parameters
+    ----------
+    mu : float
+        Coefficient of friction, >= 0; 0 leaves a purely viscous film.
+    viscosity : float
+        c, force of one node per unit of slip speed (of slip increment where slip_rate = 1), >= 0; it acts on nodes in contact only.
+
+    Raises
+    ------
+    ValueError
+        If a coefficient is negative or not finite.
+    """
+    _checked(mu=mu, viscosity=viscosity)
+    mu, viscosity = float(mu), float(viscosity)
+
+    @cfunc(SIGNATURE, cache=True)
+    def bound(pressure, slip, state):
+        return mu * pressure + (viscosity * slip if pressure > 0.0 else 0.0)
+
+    return FrictionLaw(bound, f"viscous(mu={mu:g}, c={viscosity:g})", mu)
+
+
+def stribeck(mu_static: float, mu_kinetic: float, speed: float, viscosity: float = 0.0) -> FrictionLaw:
+    """Stribeck friction: |tau| <= [mu_k + (mu_s - mu_k) exp(-(v/v_s)^2)] p + c v.
+
+    Olsson et al., European Journal of Control 4, 1998, eq. (5), with exponent 2.
+
+    Parameters
+    ----------
+    mu_static, mu_kinetic : float
+        Coefficients, mu_static >= mu_kinetic >= 0.
+    speed : float
+        Stribeck speed v_s > 0 (or slip increment where slip_rate = 1).
+    viscosity : float
+        c, force of one node per unit of slip speed, >= 0.
+
+    Raises
+    ------
+    ValueError
+        If a coefficient is negative or not finite, `speed` is not positive, or mu_kinetic > mu_static.
+    """
+    _checked(mu_static=mu_static, mu_kinetic=mu_kinetic, viscosity=viscosity)
+    if mu_kinetic > mu_static:
+        raise ValueError(f"mu_kinetic is {mu_kinetic}, but it must not exceed mu_static, {mu_static}.")
+    if not (isfinite(speed) and speed > 0.0):
+        raise ValueError(f"speed is {speed}, but the Stribeck speed is a finite number > 0.")
+    mu_static, mu_kinetic = float(mu_static), float(mu_kinetic)
+    speed, viscosity = float(speed), float(viscosity)
+
+    @cfunc(SIGNATURE, cache=True)
+    def bound(pressure, slip, state):
+        mu = mu_kinetic + (mu_static - mu_kinetic) * exp(-((slip / speed) ** 2))
+        return mu * pressure + (viscosity * slip if pressure > 0.0 else 0.0)
+
+    return FrictionLaw(bound, f"Stribeck(mu_s={mu_static:g}, mu_k={mu_kinetic:g}, v_s={speed:g}, c={viscosity:g})", mu_static)

@@ -1,0 +1,128 @@
+"""Rigid motions: which of them nothing but the contact resists, and whether the contact can."""
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.sparse import bsr_array
+
+from .contact_loop import frames
+
+
+def rigid_motions(coordinates: np.ndarray) -> np.ndarray:
+    """Translations and small rotations about the centre, scaled to the body's size: (N, d, 3) in 2-D, (N, d, 6) in 3-D."""
+    N, d = coordinates.shape
+    x = coordinates - coordinates.mean(axis=0)
+    x = x / (np.abs(x).max() or 1.0)
+    pairs = [(0, 1)] if d == 2 else [(0, 1), (1, 2), (2, 0)]
+    motions = np.zeros((N, d, d + len(pairs)))
+    for a in range(d):
+        motions[:, a, a] = 1.0
+    for k, (a, b) in enumerate(pairs):
+        motions[:, a, d + k] = -x[:, b]
+        motions[:, b, d + k] = x[:, a]
+    return motions
+
+
+def unheld_motions(A: bsr_array, coordinates: np.ndarray) -> np.ndarray:
+    """Rigid motions that cost no energy in A, as columns (N d, m) with 0 <= m <= 3 or 6.
+
+    A motion counts as free where its energy is below 1e-13 of what it would cost if every node moved alone: above rounding, and
+    below any real support, which resists at least at one node.
+    """
+    N, d = coordinates.shape
+    motions = rigid_motions(coordinates).reshape(N * d, -1)
+    energy = motions.T @ (A @ motions)
+    scale = motions.T @ (A.diagonal()[:, None] * motions)
+    lower = np.linalg.cholesky(scale + 1e-300 * np.eye(scale.shape[0]))
+    inner = np.linalg.solve(lower, np.linalg.solve(lower, energy).T)
+    values, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
+    return motions @ np.linalg.solve(lower.T, vectors[:, values < 1e-13])
+
+
+def nodes_that_hold(
+    A: bsr_array, b: np.ndarray, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray, mu: float
+) -> np.ndarray:
+    """Find candidates that can hold the body against its load where A alone does not; refuse a load that nothing can hold.
+
+    Every rigid motion r with A r = 0 must be balanced by forces of the road, sum f_i . r_i = -b . r, with f_i in the friction cones. (In 3-D
+    the cones are replaced by pyramids of eight edges around them: a load just outside the cones is left for the solver to find out.)
+
+    Parameters
+    ----------
+    A : bsr_array (N d, N d)
+    b : (N, d)
+        Load.
+    coordinates : (N, d)
+    nodes : (n,)
+        Candidates.
+    normal : (n, d)
+    mu : float
+        Coefficient of friction.
+
+    Returns
+    -------
+    (k,) numbers of a few candidates, far apart, that balance the load between them; none where A holds the body by itself.
+
+    Raises
+    ------
+    ValueError
+        Saying which motion nothing resists.
+    """
+    motions = unheld_motions(A, coordinates)
+    if motions.shape[1] == 0:
+        return np.zeros(0, dtype=np.int64)
+    d = coordinates.shape[1]
+    motions = np.linalg.qr(motions)[0]
+    at_nodes = motions.reshape(-1, d, motions.shape[1])[nodes]
+    powers = np.einsum("ecd,cdm->mec", _cone_edges(normal, mu), at_nodes).reshape(motions.shape[1], -1)
+    directions, sizes, _ = np.linalg.svd(powers)
+    resisted = int(np.sum(sizes > 1e-10 * sizes.max(initial=1e-300)))
+    if resisted < motions.shape[1]:
+        motion = (motions @ directions[:, resisted]).reshape(-1, d)
+        raise ValueError(
+            f"Neither supports nor the road resist {_in_words(motion)}; fix the body against it or give the road friction."
+        )
+    wanted = -(motions.T @ b.ravel())
+    holding = spread_candidates(coordinates[nodes], d)
+    if not np.any(wanted):
+        return holding
+    forces, missing = nnls(powers, wanted / np.linalg.norm(wanted), maxiter=100 * powers.shape[1])
+    if missing > 1e-7:
+        motion = (motions @ -wanted).reshape(-1, d)
+        raise ValueError(
+            f"The load drives the body into {_in_words(motion)} that neither supports nor the road can stop; "
+            "load it towards the road or fix it."
+        )
+    return np.union1d(holding, np.flatnonzero(forces.reshape(-1, nodes.size).any(axis=0)))
+
+
+def _cone_edges(normal: np.ndarray, mu: float) -> np.ndarray:
+    """Edges (e, n, d) of the friction cones."""
+    frame = frames(normal)
+    if mu == 0.0:
+        return frame[None, :, 0]
+    if normal.shape[1] == 2:
+        tangents = [frame[:, 1], -frame[:, 1]]
+    else:
+        angles = np.arange(8) * np.pi / 4
+        outside = 1.0 / np.cos(np.pi / 8)
+        tangents = [outside * (np.cos(t) * frame[:, 1] + np.sin(t) * frame[:, 2]) for t in angles]
+    return np.stack([frame[:, 0] + mu * tangent for tangent in tangents])
+
+
+def _in_words(motion: np.ndarray) -> str:
+    """Say what a rigid motion (N, d) mostly is."""
+    mean = motion.mean(axis=0)
+    if np.linalg.norm(mean) > 0.5 * np.sqrt(np.mean(np.sum(motion**2, axis=1))):
+        return "a translation along (" + ", ".join(f"{x:.3g}" for x in mean / np.linalg.norm(mean)) + ")"
+    return "a rotation"
+
+
+def spread_candidates(points: np.ndarray, count: int) -> np.ndarray:
+    """Numbers of `count` of the points (n, d), far from each other; fewer where there are fewer points."""
+    distance = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    chosen: list[int] = []
+    while len(chosen) < min(count, points.shape[0]):
+        chosen.append(int(np.argmax(distance)))
+        away = np.linalg.norm(points - points[chosen[-1]], axis=1)
+        distance = away if len(chosen) == 1 else np.minimum(distance, away)
+    return np.unique(chosen)
