@@ -81,7 +81,7 @@ class Elasticity:
         return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._dx(MASS_DEGREE[self.body.cell]))
 
     def traction(self, name: str, vector: Sequence[float]) -> np.ndarray:
-        """Return nodal forces (N, dim) of a force per area (per length in the plane) on the boundary `name`."""
+        """Return nodal forces (N, dim) of a force per area (in the plane, per length) on a boundary."""
         force = fem.Constant(self.body.mesh, self._vector(vector, "traction"))
         return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._ds(name))
 
@@ -99,8 +99,7 @@ class Elasticity:
         return matrix
 
     def stress(self, u: np.ndarray) -> np.ndarray:
-        """Return the stress at the middle of each cell, (cells, 3, 3), with sigma_zz, in dolfinx's order of
-        cells.
+        """Return the stress at the middle of each cell, (cells, 3, 3), in dolfinx's order, with sigma_zz.
 
         The strain is that of the shape functions at the cell's centre, where bilinear elements are at their
         best.
@@ -163,7 +162,7 @@ class Elasticity:
             return np.full(len(self.materials), float(density))
         if set(density) != set(self.regions):
             raise ValueError(
-                f"Densities are given for {sorted(density)}, but the materials' regions are {sorted(self.regions)}."
+                f"Densities are given for {sorted(density)}; the materials' regions are {sorted(self.regions)}."
             )
         return np.array([float(density[name]) for name in self.regions])
 
@@ -217,7 +216,7 @@ def _materials(body: Body, material) -> tuple[list[str], list[Material], np.ndar
         material_of[body.regions[name]] = number
     if np.any(times != 1):
         raise ValueError(
-            f"{np.count_nonzero(times == 0)} cells have no material and {np.count_nonzero(times > 1)} have several; "
+            f"{np.count_nonzero(times == 0)} cells have no material, {np.count_nonzero(times > 1)} have several; "
             f"let the regions {sorted(material)} cover each cell once."
         )
     return list(material), list(material.values()), material_of

@@ -1,4 +1,4 @@
-"""Elastic materials: Hooke's law as a matrix, in Voigt's order xx, yy, zz, yz, xz, xy with engineering shears."""
+"""Elastic materials: Hooke's law as a matrix, in Voigt's order xx, yy, zz, yz, xz, xy."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Anisotropic:
             raise ValueError("The elasticity matrix has entries that are not finite numbers.")
         if not np.allclose(C, C.T, rtol=0, atol=1e-10 * np.abs(C).max()):
             raise ValueError(
-                f"The elasticity matrix differs from its transpose by {abs(C - C.T).max()}; they must be equal."
+                f"The elasticity matrix differs from its transpose by {abs(C - C.T).max()}; make it symmetric."
             )
         self.C = (C + C.T) / 2
         smallest = np.linalg.eigvalsh(self.C)[0]

@@ -71,7 +71,7 @@ class Support:
         return self._prescribe(np.array([index]), (x, y, z), f"of node {index}")
 
     def platen(self, name: str) -> Support:
-        """Tie the nodes of the boundary `name` into one, with dim unknowns: it translates, it does not tilt."""
+        """Tie the nodes of the boundary `name` into one: it translates, it does not tilt."""
         nodes = self.body.nodes(name)
         for other in self.platens:
             if np.intersect1d(nodes, other).size:
@@ -99,7 +99,7 @@ class Support:
         load = np.asarray(load, dtype=float)
         if A.shape != (N * dim, N * dim) or load.shape != (N, dim):
             raise ValueError(
-                f"The matrix is {A.shape} and the load {load.shape}; this body with {N} nodes in {dim} dimensions needs "
+                f"The matrix is {A.shape} and the load {load.shape}; this body of {N} nodes needs "
                 f"({N * dim}, {N * dim}) and ({N}, {dim})."
             )
         A = sparse.bsr_array(A, blocksize=(dim, dim))
@@ -174,7 +174,7 @@ class Support:
 
 
 def _collapse(N: int, groups: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Make one node of each group, at the place of its first: new number of each node, old node of each number."""
+    """Make one node of each group; return the new number of each node, the first node of each number."""
     first = np.arange(N)
     for nodes in groups:
         first[nodes] = nodes[0]

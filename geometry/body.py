@@ -66,8 +66,10 @@ class Body:
         self.facet_tags = self._tag_facets()
 
     @classmethod
-    def from_grid(cls, grid: Grid, refinements: int = 0) -> Body:
+    def from_grid(cls, grid: Grid, refinements: int = 0, triangles: bool = False) -> Body:
         """Make the body of a grid, refined uniformly so many times.
+
+        With `triangles`, the quadrilaterals of the finest mesh are then cut in four triangles each.
 
         The nodes of the coarser meshes are numbered in the order in which they appear on the finest, so that
         neighbours stay near each other in memory on every level.
@@ -82,7 +84,10 @@ class Body:
         for _ in range(refinements):
             grid, transfer = grid.refine()
             transfers.append(transfer)
-        if refinements:
+        if triangles:
+            grid, transfer = grid.crossed()
+            transfers.append(transfer)
+        if transfers:
             check_orientation(grid)
 
         mesh = compat.create_mesh(grid.points, grid.cells, grid.cell)
@@ -186,8 +191,8 @@ def check_grid(grid: Grid) -> None:
     unused = np.bincount(cells.ravel(), minlength=len(points)) == 0
     if unused.any():
         raise ValueError(
-            f"{np.count_nonzero(unused)} nodes of the mesh belong to no cell, the first is node {np.argmax(unused)}; "
-            "remove them."
+            f"{np.count_nonzero(unused)} nodes of the mesh belong to no cell, the first is node "
+            f"{np.argmax(unused)}; remove them."
         )
     check_orientation(grid)
 
@@ -201,16 +206,16 @@ def check_orientation(grid: Grid) -> None:
     if folded.any():
         culprit = int(np.argmax(folded))
         raise ValueError(
-            f"{np.count_nonzero(folded)} cells of the mesh are folded or flat, the first is cell {culprit} near "
-            f"{grid.points[grid.cells[culprit]].mean(axis=0)}; move its nodes apart."
+            f"{np.count_nonzero(folded)} cells of the mesh are folded or flat, the first is cell {culprit} "
+            f"near {grid.points[grid.cells[culprit]].mean(axis=0)}; move its nodes apart."
         )
     if np.ptp(sign[:, 0]) == 0:
         return
     inverted = _overlapping_pairs(grid)
     if len(inverted):
         raise ValueError(
-            f"{len(inverted)} pairs of neighbouring cells of the mesh overlap, the first are cells {inverted[0]} near "
-            f"{grid.points[grid.cells[inverted[0][0]]].mean(axis=0)}; one of each pair is turned inside out."
+            f"{len(inverted)} pairs of neighbouring cells of the mesh overlap, the first are cells {inverted[0]} "
+            f"near {grid.points[grid.cells[inverted[0][0]]].mean(axis=0)}; turn one of each pair the right way round."
         )
 
 
@@ -226,7 +231,7 @@ CORNER_EDGES = {
 
 
 def _corner_jacobians(grid: Grid) -> np.ndarray:
-    """Determinant of the edges that leave each corner of each cell, (n, corners); all of one sign in a sound cell."""
+    """Return the determinant of the edges that leave each corner of each cell, (n, corners)."""
     corners = grid.points[grid.cells][:, CORNER_EDGES[grid.cell]]
     return np.linalg.det(corners[:, :, 1:] - corners[:, :, :1])
 

@@ -31,9 +31,9 @@ def half_cylinder(
     """Structured block of `columns` x `layers` quadrilaterals, graded towards the lowest point (0, 0).
 
     Columns run from the arc to the flat face; nodes are spaced evenly along the arc under the contact and
-    geometrically beyond, and geometrically in depth. The block has two of its corners on the arc: the
-    quadrilaterals there have an angle of nearly 180 degrees, which a direct solver does not mind
-    (`half_cylinder_nested` has none).
+    geometrically beyond; in depth evenly to half as far, and geometrically beyond. The block has two of its
+    corners on the arc: the quadrilaterals there have an angle of nearly 180 degrees, which a direct solver
+    does not mind (`half_cylinder_nested` has none).
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def half_cylinder(
     spacing : of the nodes on the arc under the contact, and of the first layer; default 0.0073 radius
     contact_half_width : arc length from the lowest point that is evenly spaced; default 0.09 radius
     side : angle (radians, from the lowest point) of the block's corners on the arc
-    cell : "quadrilateral" or "triangle"
+    cell : "quadrilateral", or "triangle" to cut each in four
 
     Returns
     -------
@@ -50,6 +50,7 @@ def half_cylinder(
     bit
     """
     _check_radius(radius)
+    _check_cell(cell)
     spacing = 0.0073 * radius if spacing is None else spacing
     even = 0.09 * radius if contact_half_width is None else contact_half_width
     if columns < 4 or columns % 2 or layers < 2:
@@ -67,7 +68,7 @@ def half_cylinder(
     x = ellipkinc(np.arcsin(2 * s / (k * (1 + s**2))), k**2)
     rest = graded(ellipk(k**2) - x[-1], columns // 2 - evenly, x[-1] - x[-2])
     x = np.concatenate([x, x[-1] + rest[1:]])
-    depth = graded(radius, layers, spacing)
+    depth = graded(radius, layers, spacing, even / 2)
     t = depth / (2 * radius - depth)
     y = ellipkinc(np.append(np.pi / 2, np.arctan((1 / t[1:] - t[1:]) / 2)), 1 - k**2)
     sn, cn, dn, _ = (f[:, None] for f in ellipj(x, k**2))
@@ -79,7 +80,8 @@ def half_cylinder(
     z[:, 0] = _on_arc(s_inside[:, 0].real, radius)
     z[-1] = _on_arc(s_inside[-1].real, radius)
     z[0], z[-1, -1] = 1j * depth, radius + 1j * radius
-    return _sew([z.T], radius, cell)
+    grid = _sew([z.T], radius)
+    return grid if cell == "quadrilateral" else grid.crossed()[0]
 
 
 def half_cylinder_nested(
@@ -98,13 +100,14 @@ def half_cylinder_nested(
     refinements : how many times to halve every edge; new nodes of the arc lie on the circle
     inner_half_width : arc length from the lowest point to the end of the inner block, best a little more than
         the half width of the contact; default 0.1 radius. A smaller one makes more shells.
-    cell : "quadrilateral" or "triangle"
+    cell : "quadrilateral", or "triangle" to cut each in four
 
     Returns
     -------
     Grid with the boundaries "arc" and "top" (the flat face, y = radius), symmetric about x = 0
     """
     _check_radius(radius)
+    _check_cell(cell)
     inner = 0.1 * radius if inner_half_width is None else inner_half_width
     if not 0 < inner < radius:
         raise ValueError(f"The inner block's half width is {inner}; it must lie between 0 and {radius}.")
@@ -128,10 +131,10 @@ def half_cylinder_nested(
     patches[1][0] = _on_arc(rings[:, 0].real, radius)
     patches[1][:, -1] = patches[1][:, -1].real + 1j * radius
     patches[1][0, -1] = radius + 1j * radius
-    grid = _sew(patches, radius, cell)
+    grid = _sew(patches, radius)
     for _ in range(refinements):
         grid, _ = grid.refine()
-    return grid
+    return grid if cell == "quadrilateral" else grid.crossed()[0]
 
 
 def graded(length: float, cells: int, first: float, even: float = 0.0) -> np.ndarray:
@@ -173,6 +176,11 @@ def _check_radius(radius: float) -> None:
         raise ValueError(f"The radius is {radius}; it must be positive.")
 
 
+def _check_cell(cell: str) -> None:
+    if cell not in ("quadrilateral", "triangle"):
+        raise ValueError(f"The cell type is {cell!r}; it must be 'quadrilateral' or 'triangle'.")
+
+
 def _from_unit_disc(s: np.ndarray, radius: float) -> np.ndarray:
     """Map the upper half of the unit disc to the half cylinder."""
     return 2 * radius * s / (1 - 1j * s)
@@ -183,7 +191,7 @@ def _on_arc(s: np.ndarray, radius: float) -> np.ndarray:
     return 2 * radius * (s + 1j * s**2) / (1 + s**2)
 
 
-def _sew(patches: list[np.ndarray], radius: float, cell: str) -> Grid:
+def _sew(patches: list[np.ndarray], radius: float) -> Grid:
     """Join patches (rows, columns) of complex positions in x >= 0 and their mirror images."""
     positions, cells, count = [], [], 0
     for patch in [*patches, *(-np.conj(patch[:, ::-1]) for patch in patches)]:
@@ -199,4 +207,4 @@ def _sew(patches: list[np.ndarray], radius: float, cell: str) -> Grid:
     top = (grid.points[edges, 1] == radius).all(axis=1)
     grid.facets = {"arc": edges[~top], "top": edges[top]}
     grid.snap = {"arc": onto_circle(radius, (0.0, radius))}
-    return grid if cell == "quadrilateral" else grid.triangles()
+    return grid

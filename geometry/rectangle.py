@@ -100,7 +100,7 @@ def _block(lengths, counts, cell, corner, distortion, seed, regions) -> Grid:
             facets[name] = origins[here][:, None] + steps[flat] + place * stride[axis]
     grid = Grid(points, cells, allowed[0], facets)
     if cell == "triangle":
-        grid = grid.triangles()
+        grid = grid.halved()
     if cell == "tetrahedron":
         facets = {name: rows[:, [[0, 1, 3], [0, 2, 3]]].reshape(-1, 3) for name, rows in facets.items()}
         grid = Grid(points, cells[:, KUHN].reshape(-1, 4), cell, facets)
