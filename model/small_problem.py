@@ -3,7 +3,7 @@
 import numpy as np
 
 from .blocks import BlockMatrix
-from .contact_loop import FREE, SLIP, place_all_on_surface
+from .contact_loop import FREE, SLIP, STICK, place_all_on_surface
 from .friction import FrictionLaw
 from .loop import NodeLoop
 
@@ -53,7 +53,7 @@ class SmallProblem:
         loop.hold_sticking(u, status)
         best = loop.residual(u, status)
         sweeps, idle = 1, 0
-        while best > max(tolerance, self._rounding(u)) and idle < 20:
+        while best > max(tolerance, min(self._rounding(u), 1e-8)) and idle < 20:
             trial, trial_status, after = self._newton_chain(u, status, best)
             if after < best:
                 idle = 0 if after < 0.5 * best else idle + 1
@@ -71,8 +71,10 @@ class SmallProblem:
         loop = self.loop
         u, status = u.copy(), status.copy()
         for _ in range(CHAIN):
+            before = status.copy()
             u += self._newton_step(u, status)
             place_all_on_surface(loop.contact, u, status)
+            status[(before == FREE) & (status == SLIP)] = STICK  # who touches sticks a priori; the sweep decides
             loop.hold_sticking(u, status)
             loop.sweep(u, status)
             after = loop.residual(u, status)
@@ -101,6 +103,8 @@ class SmallProblem:
         if linear.any():
             mask = linear.ravel()
             square = J.reshape(k * d, k * d)[np.ix_(mask, mask)]
+            # nothing may hold the body yet: let it fall the right way, not where rounding points
+            square[np.diag_indices_from(square)] += 1e-13 * np.abs(square.diagonal()).max()
             try:
                 step[linear] = np.linalg.solve(square, missing[linear])
             except np.linalg.LinAlgError:  # no unique slip: leave it to the loop
