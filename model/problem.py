@@ -8,7 +8,7 @@ from zipfile import BadZipFile
 import numpy as np
 from scipy.sparse import bsr_array, csr_array, issparse
 
-from .files import written_aside
+from .files import write_aside
 from .friction import FrictionLaw, coulomb
 
 
@@ -136,7 +136,7 @@ class ContactProblem:
         }
         if solution is not None:
             arrays |= {"displacement": solution.displacement, "contact_force": solution.contact_force}
-        with written_aside(path) as aside, open(aside, "wb") as file:
+        with write_aside(path) as aside, open(aside, "wb") as file:
             np.savez_compressed(file, **arrays)
 
     @classmethod
