@@ -1,28 +1,38 @@
-"""Files are written aside and moved into place when whole, so that nothing half-written replaces something good."""
+"""Write aside, then rename: nothing half-written takes the place of something good."""
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
 @contextmanager
-def written_aside(path: str | Path) -> Iterator[Path]:
-    """Yield a path beside `path` to write to; on success it becomes `path`, on any failure it is removed.
+def write_aside(path: str | Path) -> Iterator[Path]:
+    """Give a name beside `path` to write to, and rename it to `path` once all went well.
+
+    >>> with write_aside("results.txt") as aside:  # doctest: +SKIP
+    ...     aside.write_text("all or nothing")
+
+    Parameters
+    ----------
+    path : str or Path
+        The file wanted; missing folders are made.
 
     Raises
     ------
     ValueError
-        If `path` is a folder, its folder does not exist or cannot be written, or the disk is full.
+        If the file cannot be written: a folder has its name, permissions, a full disk. What was there stays.
     """
     path = Path(path)
     if path.is_dir():
-        raise ValueError(f"{path} is a folder; give the name of a file.")
+        raise ValueError(f"{path} is a folder; give the name of a file to write.")
     aside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         yield aside
         os.replace(aside, path)
     except OSError as error:
-        raise ValueError(f"{path} cannot be written: {error.strerror or error}.") from None
+        raise ValueError(f"{path} cannot be written: {error.strerror or error}.") from error
     finally:
-        aside.unlink(missing_ok=True)
+        with suppress(OSError):  # where its folder is none, nothing was written
+            aside.unlink(missing_ok=True)

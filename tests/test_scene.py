@@ -1,0 +1,183 @@
+"""The frame of a demo: options, output folder, summary, and how it ends when something goes wrong."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from model.files import write_aside
+from model.scene import COSTS, Scene
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return Scene("test", "A test.", ["--quick", "--out", str(tmp_path)])
+
+
+def run(tmp_path, body, *arguments, **options):
+    """Run a script as a demo would be."""
+    script = tmp_path / "falling_block.py"
+    script.write_text("from model.scene import Scene\n" + body)
+    command = [sys.executable, *options.pop("flags", []), str(script), *arguments]
+    return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, **options)
+
+
+def test_summary_has_the_agreed_form(scene, tmp_path, capsys):
+    scene.built("K", "K")
+    scene.left_out("M", "C")
+    scene.result("p0[mu=0]", np.float64(8555), "MPa", reference=8570.66, source="Hertz, eq. (13)")
+    scene.result("sweeps", np.int64(12), "1")
+    scene.cost(**dict.fromkeys(COSTS[:7], 1), residual=1e-11)
+    scene.finish()
+    summary = json.loads((tmp_path / "test" / "summary.json").read_text())
+    assert list(summary) == ["scene", "dolfinx", "built", "left_out", "results", "cost"]
+    assert summary["dolfinx"].startswith("0.")
+    assert (summary["built"], summary["left_out"]) == (["K"], ["M", "C"])
+    assert summary["results"] == {
+        "p0[mu=0]": {"value": 8555.0, "unit": "MPa", "reference": 8570.66, "source": "Hertz, eq. (13)"},
+        "sweeps": {"value": 12, "unit": "1", "reference": None, "source": None},
+    }
+    assert list(summary["cost"]) == list(COSTS)
+    assert summary["cost"]["total_seconds"] > 0
+    printed = capsys.readouterr().out
+    assert all(word in printed for word in ["A test.", "8555", "-0.18 %", "Hertz, eq. (13)", "residual"])
+    assert os.listdir(tmp_path / "test") == ["summary.json"]
+
+
+@pytest.mark.parametrize("value", [float("nan"), np.inf, None, "8555", 1j, np.ones(2)])
+def test_values_must_be_finite_numbers(scene, value):
+    with pytest.raises(ValueError, match="result 'p0' is .*finite"):
+        scene.result("p0", value, "MPa")
+    with (
+        pytest.raises(ValueError, match="reference of 'p0' is .*finite|^$")
+        if value is not None
+        else _nothing()
+    ):
+        scene.result("p0", 1, "MPa", reference=value)
+    with pytest.raises(ValueError, match="cost 'dofs' is .*finite"):
+        scene.cost(dofs=value)
+
+
+class _nothing:
+    def __enter__(self): ...
+    def __exit__(self, *_): ...
+
+
+def test_costs_are_the_agreed_ones(scene):
+    with pytest.raises(ValueError, match="no cost 'seconds'"):
+        scene.cost(seconds=1)
+    scene.cost(dofs=1, sweeps=2)
+    with pytest.raises(ValueError, match="does not say its contact_candidates, cycles"):
+        scene.finish()
+
+
+def test_figure_is_saved_whole(scene, tmp_path):
+    from matplotlib import pyplot
+
+    figure, _ = pyplot.subplots()
+    path = scene.figure(figure, "figure_4")
+    assert path == tmp_path / "test" / "figure_4.png"
+    assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert figure.number not in pyplot.get_fignums()
+    assert os.listdir(tmp_path / "test") == ["figure_4.png"]
+
+
+def test_progress_is_silent_where_nobody_watches(scene, capsys):
+    assert list(scene.progress(range(5), "steps")) == [0, 1, 2, 3, 4]
+    assert capsys.readouterr().err == ""
+
+
+def test_options(tmp_path):
+    assert not Scene("test", "A test.", ["--out", str(tmp_path)]).quick
+    done = run(tmp_path, "s = Scene('falling_block', 'Falls.')\nprint(s.quick, s.out)", "--quick")
+    assert done.stdout == "True results/falling_block\n"
+    assert (tmp_path / "results" / "falling_block").is_dir()
+
+
+def test_a_mistyped_option_gets_a_sentence(tmp_path):
+    done = run(tmp_path, "Scene('falling_block', 'Falls.')", "--quik")
+    assert done.returncode == 2
+    sentence = "falling_block: unrecognized arguments: --quik; the options are --quick and --out DIR.\n"
+    assert done.stderr == sentence
+
+
+def test_a_notebook_keeps_its_command_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["/x/ipykernel_launcher.py", "-f", "/tmp/kernel.json"])
+    monkeypatch.chdir(tmp_path)
+    assert not Scene("test", "A test.").quick
+
+
+def test_an_output_folder_that_is_a_file_gets_a_sentence(tmp_path):
+    (tmp_path / "taken").write_text("")
+    done = run(tmp_path, "Scene('falling_block', 'Falls.')", "--out", "taken")
+    assert done.returncode == 1
+    assert done.stderr.startswith("falling_block: The output folder taken/falling_block cannot be used (")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("statement", "sentence"),
+    [
+        ("raise ValueError('nu must be below 0.5, not 0.7.')", "nu must be below 0.5, not 0.7."),
+        (
+            "class E(RuntimeError): ...\nE.__module__ = 'model.solve'\nraise E('It did not converge.')",
+            "It did not converge.",
+        ),
+    ],
+)
+def test_expected_errors_end_in_a_sentence(tmp_path, statement, sentence):
+    done = run(tmp_path, statement)
+    assert (done.returncode, done.stderr) == (1, f"falling_block: {sentence}\n")
+    assert "Traceback" in run(tmp_path, statement, flags=["-X", "dev"]).stderr
+
+
+def test_other_errors_keep_their_traceback(tmp_path):
+    done = run(tmp_path, "{}['missing']")
+    assert done.returncode == 1
+    assert "Traceback" in done.stderr
+
+
+def test_interruption_leaves_whole_files_and_says_so(tmp_path):
+    script = tmp_path / "falling_block.py"
+    script.write_text(
+        "import time\nfrom model.scene import Scene\nfrom model.files import write_aside\n"
+        "scene = Scene('falling_block', 'Falls.')\n"
+        "(scene.out / 'summary.json').write_text('good')\n"
+        "with write_aside(scene.out / 'summary.json') as aside:\n"
+        "    aside.write_text('half')\n    print('writing', flush=True)\n    time.sleep(60)\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "writing\n"
+    time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert told.strip() == "Interrupted; the files written so far are whole."
+    folder = tmp_path / "results" / "falling_block"
+    assert os.listdir(folder) == ["summary.json"]
+    assert (folder / "summary.json").read_text() == "good"
+
+
+def test_write_aside_refuses_in_a_sentence(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("good")
+    with pytest.raises(ValueError, match="folder is a folder"), write_aside(tmp_path / "folder"):
+        pass
+    with pytest.raises(ValueError, match="cannot be written"), write_aside(tmp_path / "file" / "x"):
+        pass
+    with pytest.raises(ValueError, match="No space left"), write_aside(tmp_path / "file") as aside:
+        aside.write_text("half")
+        raise OSError(28, "No space left on device")
+    assert (tmp_path / "file").read_text() == "good"
+    assert sorted(os.listdir(tmp_path)) == ["file", "folder"]
