@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
+from numpy.typing import ArrayLike
 
 from geometry import Body, compat
 
@@ -32,7 +34,10 @@ class Elasticity:
     ----------
     body : Body
     material : one for the whole body, or {name of a region: material} for all of it
-    kinematics : "plane strain" (per unit thickness), "plane stress" (likewise), or "3d"
+    kinematics : "plane strain" (the default in the plane; per unit thickness), "plane stress", or "3d"
+    selective : integrate the volumetric part of the energy at the middle of each cell only, which keeps
+        quadrilaterals and hexahedra from locking when the material is nearly incompressible
+        (Malkus & Hughes, Comput. Methods Appl. Mech. Eng. 15, 1978)
 
     Raises
     ------
@@ -42,13 +47,19 @@ class Elasticity:
     """
 
     def __init__(
-        self, body: Body, material: Material | Mapping[str, Material], kinematics: str | None = None
+        self,
+        body: Body,
+        material: Material | Mapping[str, Material],
+        kinematics: str | None = None,
+        selective: bool = False,
     ):
         kinematics = kinematics or {2: "plane strain", 3: "3d"}[body.dim]
         check_kinematics(kinematics)
         if (kinematics == "3d") != (body.dim == 3):
             raise ValueError(f"The kinematics {kinematics!r} does not fit a body in {body.dim} dimensions.")
-        self.body, self.kinematics = body, kinematics
+        if selective and body.cell not in ("quadrilateral", "hexahedron"):
+            raise ValueError(f"Selective integration is for quadrilaterals and hexahedra, not {body.cell}s.")
+        self.body, self.kinematics, self.selective = body, kinematics, selective
         self.regions, self.materials, self.material_of = _materials(body, material)
         self.V = fem.functionspace(body.mesh, compat.lagrange(body.cell, (body.dim,)))
         if not np.array_equal(self.V.dofmap.list, body.cells):
@@ -57,10 +68,18 @@ class Elasticity:
     def stiffness(self) -> sparse.bsr_array:
         """Return K, (N dim, N dim) in dim x dim blocks: integral of strain(v) . C strain(u)."""
         u, v = ufl.TrialFunction(self.V), ufl.TestFunction(self.V)
-        matrices = [material.matrix(self.kinematics) for material in self.materials]
-        C = self._coefficient(np.array(matrices))
+        C = np.array([material.matrix(self.kinematics) for material in self.materials])
         dx = self._dx(STIFFNESS_DEGREE[self.body.cell])
-        return sparse.bsr_array(self._matrix(ufl.inner(C * _voigt(v), _voigt(u)) * dx))
+        if not self.selective:
+            return sparse.bsr_array(self._matrix(ufl.inner(self._coefficient(C) * _voigt(v), _voigt(u)) * dx))
+        # The largest bulk modulus that leaves the rest positive semidefinite: Hooke's own if isotropic.
+        trace = np.repeat([1.0, 0.0], [self.body.dim, C.shape[1] - self.body.dim])
+        bulk = 1 / (np.linalg.inv(C) @ trace @ trace)
+        rest = self._coefficient(C - bulk[:, None, None] * np.outer(trace, trace))
+        volumetric = self._coefficient(bulk) * ufl.div(v) * ufl.div(u)
+        return sparse.bsr_array(
+            self._matrix(ufl.inner(rest * _voigt(v), _voigt(u)) * dx + volumetric * self._dx(0))
+        )
 
     def mass(self, density: float | Mapping[str, float]) -> sparse.bsr_array:
         """Return M, (N dim, N dim): integral of density v . u, consistent."""
@@ -75,17 +94,17 @@ class Elasticity:
                 raise ValueError(f"The damping coefficient {name} is {value}; it must not be negative.")
         return sparse.bsr_array(alpha * self.mass(density) + beta * self.stiffness())
 
-    def body_force(self, vector: Sequence[float]) -> np.ndarray:
+    def body_force(self, vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a force per volume, say density times gravity."""
         force = fem.Constant(self.body.mesh, self._vector(vector, "body force"))
         return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._dx(MASS_DEGREE[self.body.cell]))
 
-    def traction(self, name: str, vector: Sequence[float]) -> np.ndarray:
+    def traction(self, name: str, vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a force per area (in the plane, per length) on a boundary."""
         force = fem.Constant(self.body.mesh, self._vector(vector, "traction"))
         return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._ds(name))
 
-    def total_force(self, name: str, vector: Sequence[float]) -> np.ndarray:
+    def total_force(self, name: str, vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a uniform traction on `name` whose sum is `vector`."""
         total = self._vector(vector, "total force")
         weights = self.traction(name, np.ones(self.body.dim))
@@ -110,8 +129,8 @@ class Elasticity:
         pairs = [(0, 0), (1, 1), (0, 1)] if dim == 2 else [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
         voigt = np.stack([strain[:, i, j] * (1 if i == j else 2) for i, j in pairs], axis=1)
         C = np.array([material.matrix(self.kinematics) for material in self.materials])
-        values = np.einsum("cij,cj->ci", C[self.material_of], voigt)
-        stress = np.zeros((len(cells), 3, 3))
+        values: np.ndarray = np.einsum("cij,cj->ci", C[self.material_of], voigt)
+        stress: np.ndarray = np.zeros((len(cells), 3, 3))
         for (i, j), value in zip(pairs, values.T):
             stress[:, i, j] = stress[:, j, i] = value
         if dim == 2:
@@ -122,7 +141,8 @@ class Elasticity:
     def von_mises(self, u: np.ndarray) -> np.ndarray:
         """Return von Mises' equivalent stress at the middle of each cell, (cells,)."""
         stress = self.stress(u)
-        deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+        mean = np.trace(stress, axis1=1, axis2=2) / 3
+        deviator = stress - mean[:, None, None] * np.eye(3)
         return np.sqrt(1.5 * np.einsum("cij,cij->c", deviator, deviator))
 
     @cached_property
@@ -141,7 +161,7 @@ class Elasticity:
         jacobian = np.einsum("cki,kj->cij", body.coordinates[body.cells], reference)
         return np.einsum("kj,cji->cki", reference, np.linalg.inv(jacobian))
 
-    def _coefficient(self, values: np.ndarray):
+    def _coefficient(self, values: np.ndarray) -> fem.Constant | fem.Function:
         """Turn values, one for each material, into a constant or, for several materials, a cellwise function.
 
         As data rather than numbers in the form, so that a form is compiled once for all materials.
@@ -162,34 +182,35 @@ class Elasticity:
             return np.full(len(self.materials), float(density))
         if set(density) != set(self.regions):
             raise ValueError(
-                f"Densities are given for {sorted(density)}; the materials' regions are {sorted(self.regions)}."
+                f"There are densities for {sorted(density)} but materials for {sorted(self.regions)}; "
+                "give both for the same regions."
             )
         return np.array([float(density[name]) for name in self.regions])
 
-    def _vector(self, vector: Sequence[float], what: str) -> np.ndarray:
+    def _vector(self, vector: ArrayLike, what: str) -> np.ndarray:
         value = np.asarray(vector, dtype=float)
         if value.shape != (self.body.dim,) or not np.isfinite(value).all():
-            raise ValueError(f"The {what} is {vector}; it must be {self.body.dim} finite numbers.")
+            raise ValueError(f"The {what} is {vector!r}; it must be {self.body.dim} finite numbers.")
         return value
 
-    def _dx(self, degree: int):
+    def _dx(self, degree: int) -> ufl.Measure:
         return ufl.dx(metadata={"quadrature_degree": degree})
 
-    def _ds(self, name: str):
+    def _ds(self, name: str) -> ufl.Measure:
         """Measure on one boundary, always under tag 1 so that all boundaries share compiled forms."""
         tags = self.body.facet_tags.find(self.body.names[self.body.check_name(name)])
         mesh = self.body.mesh
         here = dolfinx_mesh.meshtags(mesh, self.body.dim - 1, tags, np.ones(len(tags), dtype=np.int32))
         return ufl.Measure("ds", mesh, subdomain_data=here, metadata={"quadrature_degree": FACET_DEGREE})(1)
 
-    def _matrix(self, integrand):
+    def _matrix(self, form: ufl.Form) -> Any:
         """Assemble; blocked if the space is."""
-        matrix = fem.assemble_matrix(fem.form(integrand))
+        matrix = fem.assemble_matrix(fem.form(form))
         matrix.scatter_reverse()
         return matrix.to_scipy().copy()
 
-    def _load(self, integrand) -> np.ndarray:
-        return fem.assemble_vector(fem.form(integrand)).array.reshape(-1, self.body.dim).copy()
+    def _load(self, form: ufl.Form) -> np.ndarray:
+        return fem.assemble_vector(fem.form(form)).array.reshape(-1, self.body.dim).copy()
 
 
 def _voigt(u):
@@ -200,7 +221,9 @@ def _voigt(u):
     return ufl.as_vector([e[0, 0], e[1, 1], e[2, 2], 2 * e[1, 2], 2 * e[0, 2], 2 * e[0, 1]])
 
 
-def _materials(body: Body, material) -> tuple[list[str], list[Material], np.ndarray]:
+def _materials(
+    body: Body, material: Material | Mapping[str, Material]
+) -> tuple[list[str], list[Material], np.ndarray]:
     """Return names of regions, their materials, and which of them each cell has."""
     if not isinstance(material, Mapping):
         return [], [material], np.zeros(len(body.cells), dtype=int)
@@ -216,7 +239,7 @@ def _materials(body: Body, material) -> tuple[list[str], list[Material], np.ndar
         material_of[body.regions[name]] = number
     if np.any(times != 1):
         raise ValueError(
-            f"{np.count_nonzero(times == 0)} cells have no material, {np.count_nonzero(times > 1)} have several; "
+            f"{np.sum(times == 0)} cells have no material and {np.sum(times > 1)} have several; "
             f"let the regions {sorted(material)} cover each cell once."
         )
     return list(material), list(material.values()), material_of

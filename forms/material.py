@@ -63,7 +63,7 @@ class Anisotropic:
             raise ValueError("The elasticity matrix has entries that are not finite numbers.")
         if not np.allclose(C, C.T, rtol=0, atol=1e-10 * np.abs(C).max()):
             raise ValueError(
-                f"The elasticity matrix differs from its transpose by {abs(C - C.T).max()}; make it symmetric."
+                f"The elasticity matrix differs from its transpose by {abs(C - C.T).max()}; they must agree."
             )
         self.C = (C + C.T) / 2
         smallest = np.linalg.eigvalsh(self.C)[0]

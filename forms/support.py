@@ -95,7 +95,7 @@ class Support:
             if the sizes do not fit, entries are not finite, or a platen has two different prescribed
             displacements.
         """
-        N, dim = self.value.shape
+        N, dim = self.body.coordinates.shape
         load = np.asarray(load, dtype=float)
         if A.shape != (N * dim, N * dim) or load.shape != (N, dim):
             raise ValueError(

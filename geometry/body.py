@@ -44,7 +44,7 @@ class Body:
 
     def __init__(
         self,
-        mesh,
+        mesh: dolfinx_mesh.Mesh,
         facets: Mapping[str, np.ndarray],
         regions: Mapping[str, np.ndarray] | None = None,
         prolongations: Sequence[sparse.csr_array] = (),
@@ -130,7 +130,7 @@ class Body:
         """Return the node nearest to a point."""
         return int(np.argmin(np.sum((self.coordinates - np.asarray(point)) ** 2, axis=1)))
 
-    def _tag_facets(self):
+    def _tag_facets(self) -> dolfinx_mesh.MeshTags:
         """Find the dolfinx index of every named facet."""
         mesh, fdim = self.mesh, self.dim - 1
         mesh.topology.create_entities(fdim)
@@ -157,7 +157,8 @@ class Body:
             tagged.append(found)
             values.append(np.full(len(found), tag))
             start += count
-        facets, tags = np.concatenate(tagged or [[]]), np.concatenate(values or [[]])
+        none = np.empty(0, dtype=np.int32)
+        facets, tags = np.concatenate([none, *tagged]), np.concatenate([none, *values])
         if len(np.unique(facets)) < len(facets):
             raise ValueError("A facet belongs to two named boundaries; let each belong to one only.")
         order = np.argsort(facets)
@@ -214,8 +215,8 @@ def check_orientation(grid: Grid) -> None:
     inverted = _overlapping_pairs(grid)
     if len(inverted):
         raise ValueError(
-            f"{len(inverted)} pairs of neighbouring cells of the mesh overlap, the first are cells {inverted[0]} "
-            f"near {grid.points[grid.cells[inverted[0][0]]].mean(axis=0)}; turn one of each pair the right way round."
+            f"{len(inverted)} pairs of neighbouring cells overlap, the first are cells {inverted[0]} "
+            f"near {grid.points[grid.cells[inverted[0][0]]].mean(axis=0)}; unfold them."
         )
 
 

@@ -43,9 +43,11 @@ def _tensor_pattern(dim: int) -> tuple[list[tuple[int, ...]], np.ndarray]:
     return means, np.array(children)
 
 
-def _simplex_pattern(vertices: int, children: list[list[tuple[int, ...]]]):
+def _simplex_pattern(
+    vertices: int, children: list[list[tuple[int, ...]]]
+) -> tuple[list[tuple[int, ...]], np.ndarray]:
     """Vertices and edge midpoints of a simplex and its children, each child given by such nodes."""
-    means = [(v,) for v in range(vertices)]
+    means: list[tuple[int, ...]] = [(v,) for v in range(vertices)]
     means += [(a, b) for a in range(vertices) for b in range(a + 1, vertices)]
     return means, np.array([[means.index(node) for node in child] for child in children])
 
@@ -146,15 +148,15 @@ class Grid:
         lattices = [np.empty((len(f), len(PATTERN[k][0])), dtype=np.int64) for f, k in zip(families, kinds)]
 
         weights = [sparse.eye_array(len(self.points), format="csr")]
-        for size in sorted({len(mean) for mean in PATTERN[self.cell][0]}):
-            nodes, means = _number_means(families, kinds, size)
-            if size > 1:
-                offset = sum(w.shape[0] for w in weights)
-                weights.append(_mean_of(means, len(self.points)))
-            else:
-                offset = 0
-                nodes = [means[n, 0] for n in nodes]
-            for lattice, kind, number in zip(lattices, kinds, nodes):
+        for family, lattice, kind in zip(families, lattices, kinds):
+            lattice[:, _positions(kind, 1)] = family[
+                :, [mean[0] for mean in PATTERN[kind][0] if len(mean) == 1]
+            ]
+        for size in sorted({len(mean) for mean in PATTERN[self.cell][0]} - {1}):
+            numbers, means = _number_means(families, kinds, size)
+            offset = sum(w.shape[0] for w in weights)
+            weights.append(_mean_of(means, len(self.points)))
+            for lattice, kind, number in zip(lattices, kinds, numbers):
                 lattice[:, _positions(kind, size)] = number + offset
         transfer = sparse.csr_array(sparse.vstack(weights, format="csr"))
         points = transfer @ self.points
@@ -165,9 +167,9 @@ class Grid:
         ]
         facets = dict(zip(names, children[1:]))
         for name, onto in self.snap.items():
-            nodes = np.unique(facets[name])
-            nodes = nodes[nodes >= len(self.points)]
-            points[nodes] = onto(points[nodes])
+            new = np.unique(facets[name])
+            new = new[new >= len(self.points)]
+            points[new] = onto(points[new])
         regions = _regions_of_children(self.regions, len(PATTERN[self.cell][1]))
         return Grid(points, children[0], self.cell, facets, regions, self.snap), transfer
 
@@ -224,7 +226,9 @@ def _positions(kind: str, size: int) -> list[int]:
     return [i for i, mean in enumerate(PATTERN[kind][0]) if len(mean) == size]
 
 
-def _number_means(families, kinds, size: int) -> tuple[list[np.ndarray], np.ndarray]:
+def _number_means(
+    families: list[np.ndarray], kinds: list[str], size: int
+) -> tuple[list[np.ndarray], np.ndarray]:
     """Count off the edges (size 2), faces (4) or cells (8) of all families together.
 
     Returns the numbers (cells, places) of each family and the vertices (distinct, size) of each number.

@@ -7,12 +7,11 @@ is orthogonal and well shaped around s = 0 is so around the contact.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk, ellipkinc
 
+from geometry.circle import onto_circle
 from geometry.grid import Grid, exterior_facets
 
 SHELL_GROWTH = 1.65  # each shell of the nested mesh is about so many times larger than the one within
@@ -155,22 +154,6 @@ def graded(length: float, cells: int, first: float, even: float = 0.0) -> np.nda
     return np.concatenate([[0.0], np.cumsum(steps)[:-1], [length]])
 
 
-def onto_circle(radius: float, centre: Sequence[float]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the function that moves points (n, 2) along their radius onto a circle.
-
-    Near the lowest point the height is x^2 / (R + sqrt(R^2 - x^2)) rather than a difference, so that gaps to
-    a road at the lowest point are right to the last digits and never negative.
-    """
-
-    def snap(points: np.ndarray) -> np.ndarray:
-        offset = points - centre
-        x, y = radius * (offset / np.linalg.norm(offset, axis=1)[:, None]).T
-        lower = -radius + x**2 / (radius - y)
-        return np.stack([x, np.where(y < -radius / 2, lower, y)], axis=1) + centre
-
-    return snap
-
-
 def _check_radius(radius: float) -> None:
     if not (np.isfinite(radius) and radius > 0):
         raise ValueError(f"The radius is {radius}; it must be positive.")
@@ -206,5 +189,5 @@ def _sew(patches: list[np.ndarray], radius: float) -> Grid:
     edges = exterior_facets(grid)
     top = (grid.points[edges, 1] == radius).all(axis=1)
     grid.facets = {"arc": edges[~top], "top": edges[top]}
-    grid.snap = {"arc": onto_circle(radius, (0.0, radius))}
+    grid.snap = {"arc": onto_circle(radius)}
     return grid

@@ -68,7 +68,15 @@ def box(
     return _block((width, depth, height), (columns, layers, rows), cell, corner, distortion, seed, regions)
 
 
-def _block(lengths, counts, cell, corner, distortion, seed, regions) -> Grid:
+def _block(
+    lengths: tuple[float, ...],
+    counts: tuple[int, ...],
+    cell: str,
+    corner: Sequence[float],
+    distortion: float,
+    seed: int,
+    regions: Mapping[str, Callable[[np.ndarray], np.ndarray]] | None,
+) -> Grid:
     dim = len(lengths)
     allowed = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}[dim]
     if cell not in allowed:
