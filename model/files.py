@@ -36,3 +36,25 @@ def write_aside(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):  # where its folder is none, nothing was written
             aside.unlink(missing_ok=True)
+
+
+def check_writable(path: str | Path) -> None:
+    """See early that a file can be written, before long work.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file wanted; missing folders are made.
+
+    Raises
+    ------
+    ValueError
+        As for `write_aside`.
+    """
+    with suppress(_Unwanted), write_aside(path) as aside:
+        aside.touch()
+        raise _Unwanted
+
+
+class _Unwanted(Exception):
+    """Leave `write_aside` without renaming."""
