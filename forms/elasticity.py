@@ -25,6 +25,7 @@ Material = Isotropic | Anisotropic
 STIFFNESS_DEGREE = {"triangle": 0, "tetrahedron": 0, "quadrilateral": 2, "hexahedron": 2}
 MASS_DEGREE = {"triangle": 2, "tetrahedron": 2, "quadrilateral": 3, "hexahedron": 4}
 FACET_DEGREE = 3
+VOLUME_DEGREE = 2
 
 
 class Elasticity:
@@ -35,9 +36,9 @@ class Elasticity:
     body : Body
     material : one for the whole body, or {name of a region: material} for all of it
     kinematics : "plane strain" (the default in the plane; per unit thickness), "plane stress", or "3d"
-    selective : integrate the volumetric part of the energy at the middle of each cell only, which keeps
-        quadrilaterals and hexahedra from locking when the material is nearly incompressible
-        (Malkus & Hughes, Comput. Methods Appl. Mech. Eng. 15, 1978)
+    mean_dilatation : give each cell one dilatation, its mean, which keeps quadrilaterals and hexahedra from
+        locking when the material is nearly incompressible (Nagtegaal, Parks & Rice, Comput. Methods Appl.
+        Mech. Eng. 4, 1974; the Q1-P0 element with its pressure condensed)
 
     Raises
     ------
@@ -51,15 +52,15 @@ class Elasticity:
         body: Body,
         material: Material | Mapping[str, Material],
         kinematics: str | None = None,
-        selective: bool = False,
+        mean_dilatation: bool = False,
     ):
         kinematics = kinematics or {2: "plane strain", 3: "3d"}[body.dim]
         check_kinematics(kinematics)
         if (kinematics == "3d") != (body.dim == 3):
             raise ValueError(f"The kinematics {kinematics!r} does not fit a body in {body.dim} dimensions.")
-        if selective and body.cell not in ("quadrilateral", "hexahedron"):
-            raise ValueError(f"Selective integration is for quadrilaterals and hexahedra, not {body.cell}s.")
-        self.body, self.kinematics, self.selective = body, kinematics, selective
+        if mean_dilatation and body.cell not in ("quadrilateral", "hexahedron"):
+            raise ValueError(f"A mean dilatation is for quadrilaterals and hexahedra, not {body.cell}s.")
+        self.body, self.kinematics, self.mean_dilatation = body, kinematics, mean_dilatation
         self.regions, self.materials, self.material_of = _materials(body, material)
         self.V = fem.functionspace(body.mesh, compat.lagrange(body.cell, (body.dim,)))
         if not np.array_equal(self.V.dofmap.list, body.cells):
@@ -70,16 +71,14 @@ class Elasticity:
         u, v = ufl.TrialFunction(self.V), ufl.TestFunction(self.V)
         C = np.array([material.matrix(self.kinematics) for material in self.materials])
         dx = self._dx(STIFFNESS_DEGREE[self.body.cell])
-        if not self.selective:
+        if not self.mean_dilatation:
             return sparse.bsr_array(self._matrix(ufl.inner(self._coefficient(C) * _voigt(v), _voigt(u)) * dx))
         # The largest bulk modulus that leaves the rest positive semidefinite: Hooke's own if isotropic.
         trace = np.repeat([1.0, 0.0], [self.body.dim, C.shape[1] - self.body.dim])
         bulk = 1 / (np.linalg.inv(C) @ trace @ trace)
         rest = self._coefficient(C - bulk[:, None, None] * np.outer(trace, trace))
-        volumetric = self._coefficient(bulk) * ufl.div(v) * ufl.div(u)
-        return sparse.bsr_array(
-            self._matrix(ufl.inner(rest * _voigt(v), _voigt(u)) * dx + volumetric * self._dx(0))
-        )
+        K = self._matrix(ufl.inner(rest * _voigt(v), _voigt(u)) * dx)
+        return sparse.bsr_array(K + self._volumetric_stiffness(bulk[self.material_of]))
 
     def mass(self, density: float | Mapping[str, float]) -> sparse.bsr_array:
         """Return M, (N dim, N dim): integral of density v . u, consistent."""
@@ -153,6 +152,7 @@ class Elasticity:
     def _gradients(self) -> np.ndarray:
         """Gradients of the shape functions at the middle of each cell, (cells, k, dim)."""
         body, dim = self.body, self.body.dim
+        reference: np.ndarray
         if body.cell in ("triangle", "tetrahedron"):
             reference = np.vstack([-np.ones(dim), np.eye(dim)])
         else:
@@ -160,6 +160,22 @@ class Elasticity:
             reference = (2 * corners - 1) * 0.5 ** (dim - 1)
         jacobian = np.einsum("cki,kj->cij", body.coordinates[body.cells], reference)
         return np.einsum("kj,cji->cki", reference, np.linalg.inv(jacobian))
+
+    def _volumetric_stiffness(self, bulk: np.ndarray) -> sparse.bsr_array:
+        """Return B^T (bulk / volume) B, the stiffness against the mean dilatation of each cell.
+
+        B u, the integral of div u over each cell, comes from a space whose cells share no nodes.
+        """
+        mesh, cells, dim = self.body.mesh, self.body.cells, self.body.dim
+        apart, constant = fem.functionspace(mesh, ("DG", 1, (dim,))), fem.functionspace(mesh, ("DG", 0))
+        dx = self._dx(VOLUME_DEGREE)
+        divergence = self._load(ufl.div(ufl.TestFunction(apart)) * dx)[apart.dofmap.list]
+        volume = fem.assemble_vector(fem.form(ufl.TestFunction(constant) * dx)).array
+        columns = cells[:, :, None] * dim + np.arange(dim)
+        rows = np.arange(len(cells) + 1) * cells.shape[1] * dim
+        shape = (len(cells), len(self.body.coordinates) * dim)
+        B = sparse.csr_array((divergence.ravel(), columns.ravel(), rows), shape=shape)
+        return sparse.bsr_array(B.T @ (sparse.diags_array(bulk / volume) @ B), blocksize=(dim, dim))
 
     def _coefficient(self, values: np.ndarray) -> fem.Constant | fem.Function:
         """Turn values, one for each material, into a constant or, for several materials, a cellwise function.

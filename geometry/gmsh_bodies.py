@@ -109,8 +109,9 @@ def read_msh(path: str | os.PathLike) -> Grid:
         try:
             gmsh.merge(str(path))
         except Exception as error:
+            reason = str(error) or "it does not say why"
             raise ValueError(
-                f"gmsh cannot read {str(path)!r} ({str(error) or 'it does not say why'}); the file may be damaged."
+                f"gmsh cannot read {str(path)!r} ({reason}); the file may be damaged."
             ) from error
         return _grid(gmsh, repr(str(path)))
 

@@ -59,6 +59,11 @@ def half_cylinder(
         )
     if not 0 < side < np.pi / 2:
         raise ValueError(f"The angle of the block's corners is {side}; it must lie between 0 and pi/2.")
+    if not 0 < spacing <= even < side * radius:
+        raise ValueError(
+            f"The spacing {spacing} must be positive and at most the evenly spaced width {even}, and that "
+            f"less than the arc length {side * radius} of the block's corners."
+        )
     # Elliptic functions map a rectangle to the half plane of sigma = (s + 1/s)/2, the block's corners to +-1
     # and +-1/k.
     k = np.sin(side)
