@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 from geometry import Body
+from geometry.body import narrow
 
 
 @dataclass
@@ -168,7 +169,7 @@ class Support:
             shape = (len(chosen), len(coarse_chosen))
             Q = sparse.csr_array((rows.data, coarse_of[rows.indices], rows.indptr), shape=shape)
             Q.sum_duplicates()
-            reduced.append(Q)
+            reduced.append(narrow(Q))
             chosen = coarse_chosen
         return reduced if self.platens else list(self.body.prolongations)
 
@@ -193,6 +194,7 @@ def _renumber(A: sparse.bsr_array, node_of: np.ndarray, R: int) -> sparse.bsr_ar
     rows, columns = np.divmod(key[start], R)
     indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=R))])
     dim = A.blocksize[0]
+    columns, indptr = columns.astype(np.int32), indptr.astype(np.int32)
     return sparse.bsr_array((data, columns, indptr), shape=(R * dim, R * dim))
 
 

@@ -24,7 +24,7 @@ KINDS = {
 class Body:
     """A dolfinx mesh of degree 1 with what contact needs to know of it.
 
-    Make one with `Body.from_grid`, or from a file with `geometry.read_msh`.
+    Make one with `Body.from_grid`; the grid may come from a file, by `geometry.read_msh`.
 
     Attributes
     ----------
@@ -38,8 +38,7 @@ class Body:
     facets : {name: (m, k_f) nodes of each facet of that boundary}
     regions : {name: cell indices}
     prolongations : scalar csr matrices, finest first: [0] is (N, N_1), [1] is (N_1, N_2), ...; empty if not
-        nested. A node of a coarse mesh is also one of every finer mesh: its row there has a single weight of
-        1.
+        nested. Each coarse node is also a fine one, whose row has the single weight 1.
     """
 
     def __init__(
@@ -100,7 +99,7 @@ class Body:
         order = np.argsort(node_of)  # point of the grid at each node
         for transfer in reversed(transfers):
             coarse = order[order < transfer.shape[1]]
-            prolongations.append(sparse.csr_array(transfer[order][:, coarse]))
+            prolongations.append(narrow(transfer[order][:, coarse]))
             order = coarse
         return cls(
             mesh,
@@ -163,6 +162,12 @@ class Body:
             raise ValueError("A facet belongs to two named boundaries; let each belong to one only.")
         order = np.argsort(facets)
         return dolfinx_mesh.meshtags(mesh, fdim, facets[order].astype(np.int32), tags[order].astype(np.int32))
+
+
+def narrow(P: sparse.csr_array) -> sparse.csr_array:
+    """Return P with sorted 32-bit indices, as dolfinx's matrices have them."""
+    P.sort_indices()
+    return sparse.csr_array((P.data, P.indices.astype(np.int32), P.indptr.astype(np.int32)), shape=P.shape)
 
 
 def check_grid(grid: Grid) -> None:
@@ -238,7 +243,7 @@ def _corner_jacobians(grid: Grid) -> np.ndarray:
 
 
 def _overlapping_pairs(grid: Grid) -> np.ndarray:
-    """Pairs of cells that lie on the same side of the facet they share, (pairs, 2)."""
+    """Return pairs of cells that lie on the same side of the facet they share, (pairs, 2)."""
     local = np.array(LOCAL_FACETS[grid.cell])
     facets = grid.cells[:, local].reshape(-1, local.shape[1])
     owner = np.repeat(np.arange(len(grid.cells)), len(local))

@@ -45,8 +45,7 @@ def half_cylinder(
 
     Returns
     -------
-    Grid with the boundaries "arc" and "top" (the flat face, y = radius), symmetric about x = 0 to the last
-    bit
+    Grid with the boundaries "arc" and "top" (the flat face, y = radius), its own mirror image to the last bit
     """
     _check_radius(radius)
     _check_cell(cell)
@@ -64,8 +63,8 @@ def half_cylinder(
             f"The spacing {spacing} must be positive and at most the evenly spaced width {even}, and that "
             f"less than the arc length {side * radius} of the block's corners."
         )
-    # Elliptic functions map a rectangle to the half plane of sigma = (s + 1/s)/2, the block's corners to +-1
-    # and +-1/k.
+    # Elliptic functions map a rectangle to the half plane of sigma = (s + 1/s)/2, in which the block's corners
+    # are +-1 (of the flat face) and +-1/k (on the arc).
     k = np.sin(side)
     evenly = max(1, min(round(even / spacing), columns // 2 - 1))
     s = np.tan(spacing * np.arange(evenly + 1) / radius / 2)
@@ -126,7 +125,7 @@ def half_cylinder_nested(
     block = np.array(
         [
             [0, b / 2, outline[0]],
-            [outline[4] / 2, (outline[1] + outline[3]) / 4 + outline[2] / 4, outline[1]],
+            [outline[4] / 2, (outline[1] + outline[2] + outline[3]) / 4, outline[1]],
             [outline[4], outline[3], outline[2]],
         ]
     )
@@ -142,7 +141,7 @@ def half_cylinder_nested(
 
 
 def graded(length: float, cells: int, first: float, even: float = 0.0) -> np.ndarray:
-    """Positions from 0 to `length`: spaced by `first` up to about `even`, geometrically from there on."""
+    """Return positions from 0 to `length`: spaced by `first` up to about `even`, geometrically from there on."""
     evenly = min(max(round(even / first), 0), cells - 1)
     rest = cells - evenly
     if not 0 < first * cells < length:
@@ -154,7 +153,7 @@ def graded(length: float, cells: int, first: float, even: float = 0.0) -> np.nda
     def excess(growth: float) -> float:
         return first * (evenly + np.sum(growth ** np.arange(1.0, rest + 1))) - length
 
-    growth = brentq(excess, 1.0, 1.0 + length / first, xtol=1e-14)
+    growth = brentq(excess, 1.0, (length / first) ** (1 / rest), xtol=1e-14)
     steps = first * np.concatenate([np.ones(evenly), growth ** np.arange(1.0, rest + 1)])
     return np.concatenate([[0.0], np.cumsum(steps)[:-1], [length]])
 
