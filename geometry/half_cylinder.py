@@ -63,7 +63,7 @@ def half_cylinder(
             f"The spacing {spacing} must be positive and at most the evenly spaced width {even}, and that "
             f"less than the arc length {side * radius} of the block's corners."
         )
-    # Elliptic functions map a rectangle to the half plane of sigma = (s + 1/s)/2, in which the block's corners
+    # Elliptic functions map a rectangle to the half plane of sigma = (s + 1/s)/2, where the block's corners
     # are +-1 (of the flat face) and +-1/k (on the arc).
     k = np.sin(side)
     evenly = max(1, min(round(even / spacing), columns // 2 - 1))
@@ -141,7 +141,7 @@ def half_cylinder_nested(
 
 
 def graded(length: float, cells: int, first: float, even: float = 0.0) -> np.ndarray:
-    """Return positions from 0 to `length`: spaced by `first` up to about `even`, geometrically from there on."""
+    """Return positions from 0 to `length`, `first` apart up to about `even`, then geometrically."""
     evenly = min(max(round(even / first), 0), cells - 1)
     rest = cells - evenly
     if not 0 < first * cells < length:
