@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from .blocks import BlockMatrix, diagonal_blocks, generalised_inverses, node_order
-from .contact_loop import STICK, Candidates, contact_sweeps, frames, place_all_on_surface
+from .contact_loop import FREE, SLIP, STICK, Candidates, contact_sweeps, frames, place_all_on_surface
 from .friction import FrictionLaw
 from .residual import natural_residual
 
@@ -122,6 +122,18 @@ class NodeLoop:
         gap = self.contact.gap + np.einsum("ca,ca->c", self.frame[:, 0], u[self.nodes])
         gap[status != 0] = 0.0
         return gap
+
+
+def place_and_stick(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
+    """Put whatever is below the road back on it after a correction of u (N, d): who touches sticks a priori, and the loop decides.
+
+    The status (n,) is updated in place.
+    """
+    was_free = status == FREE
+    place_all_on_surface(loop.contact, u, status)
+    if loop.friction is not None:
+        status[was_free & (status == SLIP)] = STICK
+    loop.hold_sticking(u, status)
 
 
 def lone_unknowns(A: BlockMatrix, diagonal: np.ndarray) -> np.ndarray:

@@ -7,13 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from .algebraic import algebraic
 from .blocks import block_matrix
 from .condensation import Condensation
 from .loop import NodeLoop
+from .multigrid import geometric
 from .problem import ContactProblem
 from .record import Record
 from .rigid_motions import nodes_that_hold
 
+MULTIGRID_PAYS = 10_000  # unknowns
+DIRECT_PAYS = 300_000
 CORRECTIONS = ("auto", "none", "direct", "multigrid", "algebraic")
 
 
@@ -70,7 +74,7 @@ class Relaxation:
     def __init__(self, loop: NodeLoop):
         self.loop = loop
 
-    def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
+    def solve(self, u: np.ndarray, status: np.ndarray, record: Record, nested: bool = False) -> None:
         """Sweep until the natural residual is below the tolerance, testing it every hundred sweeps once that is rare enough."""
         count = 1
         while not record.finished(self.loop.residual(u, status)):
@@ -121,9 +125,17 @@ class ContactSolver:
     def _make(self, correction: str) -> Any:
         problem, loop = self.problem, self.loop
         if correction == "auto":
-            correction = "direct"
+            correction = choose(problem)
         if correction == "none":
             return Relaxation(loop)
+        if correction == "multigrid":
+            if not problem.prolongations:
+                raise ValueError(
+                    "correction is 'multigrid', but the problem has no prolongations; use a body of nested meshes, or 'algebraic'."
+                )
+            return geometric(loop, problem.prolongations)
+        if correction == "algebraic":
+            return algebraic(problem.A, loop, problem.coordinates)
         return Condensation(problem.A, loop, self.holding)
 
     def solve(
@@ -176,7 +188,7 @@ class ContactSolver:
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
-        self.correction.solve(u, status, record)
+        self.correction.solve(u, status, record, nested=start is None)
         frame = loop.frame
         seconds = perf_counter() - began
         spent = seconds + self._unpaid
@@ -197,6 +209,14 @@ class ContactSolver:
             setup_seconds=setup,
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
         )
+
+
+def choose(problem: ContactProblem) -> str:
+    """Pick the correction for `auto`: multigrid on large nested meshes, direct where a factorisation is cheap, else algebraic."""
+    N, d = problem.coordinates.shape
+    if problem.prolongations and N * d > MULTIGRID_PAYS:
+        return "multigrid"
+    return "direct" if N * d <= (DIRECT_PAYS if d == 2 else DIRECT_PAYS // 10) else "algebraic"
 
 
 def solve(problem: ContactProblem, correction: str = "auto", tolerance: float = 1e-10, **options: Any) -> Solution:

@@ -1,0 +1,371 @@
+"""The correction `multigrid`: the node loop decides, truncated multigrid removes the smooth error that relaxation cannot.
+
+Each round: the loop sweeps the finest mesh and decides contact, stick and slip; conjugate gradients preconditioned by one V-cycle then solve for the
+unknowns that are linear at present (free nodes whole, slip nodes along the surface, their friction force held); nodes that would
+penetrate are put back on the road. Coarse matrices are truncated where the finest mesh is held, and repaired only around nodes
+whose status changed. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the paper's loop as the non-linear smoother.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numba import njit
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import LinearOperator, gcrotmk
+
+from .blocks import REORDER_SUMS, BlockMatrix, defect, gauss_seidel, node_order
+from .contact_loop import FREE, SLIP, STICK
+from .hierarchy import Level, coarsen, columns_of, nodal_prolongation, recompute
+from .loop import NodeLoop, place_and_stick
+from .record import Record
+
+SMOOTHING = 2  # sweeps before and after each coarse correction
+PATIENCE = 8  # rounds in which the residual need not fall
+KRYLOV = 30  # cycles in one correction at most
+NESTED = 1e-3  # natural residual to which coarser meshes solve for a first guess
+
+
+class Cycle:
+    """V-cycles on a hierarchy of levels whose finest unknowns are truncated where they are held.
+
+    Parameters
+    ----------
+    levels : list of Level
+        Finest first. What truncation changes is copied: the finest P and every coarser matrix.
+    """
+
+    def __init__(self, levels: list[Level]):
+        finest = replace(levels[0], inverse=levels[0].inverse.copy())
+        self.projectors: np.ndarray | None = None  # used only where the finest mesh is the coarsest as well
+        if len(levels) == 1:
+            self.projectors = np.tile(np.eye(finest.inverse.shape[1]), (finest.inverse.shape[0], 1, 1))
+        else:
+            self.full_P = finest.P.data
+            finest.P = finest.P._replace(data=finest.P.data.copy())
+        coarser = [
+            replace(level, A=level.A._replace(data=level.A.data.copy()), inverse=level.inverse.copy()) for level in levels[1:]
+        ]
+        self.levels = [finest, *coarser]
+        shapes = [level.inverse.shape[:2] for level in levels]
+        self.corrections = [np.zeros(shape) for shape in shapes]
+        self.defects = [np.zeros(shape) for shape in shapes]
+        self.loads = [np.zeros(shape) for shape in shapes]
+        self.orders = [node_order(None, nodes) for nodes, _ in shapes]
+        self.reversed = [order[::-1].copy() for order in self.orders]
+        self.coarsest_inverse: np.ndarray | None = None
+
+    def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
+        """Hold the given nodes (k,) of the finest mesh to the range of their projectors (k, d, d), and repair the coarse matrices."""
+        finest = self.levels[0]
+        blocks = projectors @ diagonal(finest.A, nodes) @ projectors
+        finest.inverse[nodes] = np.linalg.pinv(blocks, rcond=1e-13, hermitian=True)
+        self.coarsest_inverse = None
+        if len(self.levels) == 1:
+            self.projectors[nodes] = projectors
+            return
+        for node, T in zip(nodes, projectors, strict=True):
+            entries = slice(int(finest.P.indptr[node]), int(finest.P.indptr[node + 1]))
+            finest.P.data[entries] = T @ self.full_P[entries]
+        changed = columns_of(finest.A, nodes, finest.inverse.shape[0])
+        for fine, coarse in pairwise(self.levels):
+            changed = columns_of(fine.P, changed, coarse.inverse.shape[0])
+            recompute(fine, coarse, changed)
+
+    def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
+        """One V-cycle for A z = r from z = 0, on level `number`; the result is overwritten by the next call."""
+        level, z = self.levels[number], self.corrections[number]
+        if number == len(self.levels) - 1:
+            if self.coarsest_inverse is None:
+                self.coarsest_inverse = dense_inverse(level.A, self.projectors)
+            z[:] = (self.coarsest_inverse @ r.ravel()).reshape(r.shape)
+            return z
+        rest, coarse_r, size = self.defects[number], self.loads[number + 1], r.shape[1]
+        sweep = gauss_seidel(size)
+        z[:] = 0.0
+        for _ in range(SMOOTHING):
+            sweep(level.A, level.inverse, r, z, self.orders[number])
+        defect(size)(level.A, r, z, rest)
+        level.transfers.restrict(level.P, level.children, rest, coarse_r)
+        level.transfers.prolong(level.P, self(coarse_r, number + 1), z)
+        for _ in range(SMOOTHING):
+            sweep(level.A, level.inverse, r, z, self.reversed[number])
+        return z
+
+
+def diagonal(A: BlockMatrix, nodes: np.ndarray) -> np.ndarray:
+    """Diagonal blocks (k, d, d) of the given nodes."""
+    blocks = np.empty((nodes.size, *A.data.shape[1:]))
+    for n, i in enumerate(nodes):
+        row = slice(int(A.indptr[i]), int(A.indptr[i + 1]))
+        blocks[n] = A.data[row][A.indices[row] == i][0]
+    return blocks
+
+
+def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None) -> np.ndarray:
+    """Inverse of a small matrix, between projectors (n, d, d) if given, on the space where it resists anything."""
+    n, d = A.indptr.size - 1, A.data.shape[1]
+    full = np.zeros((n, d, n, d))
+    rows = np.repeat(np.arange(n), np.diff(A.indptr).astype(np.int64))
+    data = A.data if projectors is None else projectors[rows] @ A.data @ projectors[A.indices]
+    full[rows, :, A.indices] = data
+    return np.linalg.pinv(full.reshape(n * d, n * d), rcond=1e-12, hermitian=True)
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+def dot(x, y):
+    """Sum of x * y."""
+    s = 0.0
+    for i in range(x.shape[0]):
+        for a in range(x.shape[1]):
+            s += x[i, a] * y[i, a]
+    return s
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+def step_along(alpha, direction, product, x, r):
+    """x += alpha direction, r += alpha product, with product = -A direction; return the norm of r."""
+    s = 0.0
+    for i in range(x.shape[0]):
+        for a in range(x.shape[1]):
+            x[i, a] += alpha * direction[i, a]
+            r[i, a] += alpha * product[i, a]
+            s += r[i, a] * r[i, a]
+    return np.sqrt(s)
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+def turn_direction(beta, direction, z):
+    """direction = z + beta direction."""
+    for i in range(z.shape[0]):
+        for a in range(z.shape[1]):
+            direction[i, a] = z[i, a] + beta * direction[i, a]
+
+
+class Multigrid:
+    """Rounds of one sweep of the node loop and a truncated multigrid correction.
+
+    Parameters
+    ----------
+    loop : NodeLoop
+        The loop on this mesh.
+    levels : list of Level
+        This mesh and all coarser ones.
+    coarser : CoarserMesh, optional
+        The same contact problem on the next coarser mesh, from which a first guess is taken (nested iteration).
+    """
+
+    name = "multigrid"
+
+    def __init__(self, loop: NodeLoop, levels: list[Level], coarser: "CoarserMesh | None" = None):
+        self.loop, self.coarser = loop, coarser
+        d = loop.shape[1]
+        self.cycle = Cycle(levels)
+        self.status = np.zeros(loop.nodes.size, dtype=np.int8)
+        self.projectors = np.tile(np.eye(d), (loop.nodes.size, 1, 1))
+        self.held = np.zeros(0, dtype=np.int64)
+        self.zero, self.x, self.direction, self.product = (np.zeros(loop.shape) for _ in range(4))
+        self.best = np.zeros(loop.shape)
+        self._defect = defect(d)
+
+    def solve(self, u: np.ndarray, status: np.ndarray, record: Record, nested: bool = False) -> None:
+        """Solve the problem the loop is aimed at, from an admissible u (N, d) and status (n,), both updated in place.
+
+        With `nested` and a coarser mesh, the coarser meshes find the first guess, from u on.
+        """
+        loop = self.loop
+        if nested and self.coarser is not None:
+            self.coarser.first_guess(loop, u, status, record)
+        best, best_status, idle, sweeps, steady = np.inf, status.copy(), 0, 1, 0
+        while True:
+            loop.sweep(u, status)
+            residual = loop.residual(u, status)
+            if record.finished(residual):
+                return
+            if residual < best:
+                best, idle, sweeps = residual, 0, 1
+                self.best[:], best_status[:] = u, status
+            elif idle < PATIENCE:
+                idle += 1
+            else:  # the corrections lead nowhere: back to the best, and let the loop go on alone for longer
+                u[:], status[:] = self.best, best_status
+                loop.sweep(u, status, sweeps)
+                best, idle, sweeps = loop.residual(u, status), 0, min(4 * sweeps, 1024)
+            steady = 0 if self._truncate(status) else steady + 1
+            self._correct(u, status, record, steady)
+
+    def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int) -> None:
+        """Solve for the unknowns that are linear at present, to a tenth while the contact set still changes."""
+        loop = self.loop
+        scale = loop.load_size + float(np.linalg.norm(loop.force))
+        self._project(loop.R)
+        wanted = max(0.1 * float(np.linalg.norm(loop.R)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
+        if loop.friction is not None and np.any(status == SLIP):
+            record.cycles += self._with_friction(loop.R, wanted, u, status)
+        else:
+            record.cycles += self._conjugate_gradients(loop.R, wanted)
+        u += self.x
+        place_and_stick(loop, u, status)
+
+    def _truncate(self, status: np.ndarray) -> bool:
+        """Hold the nodes as `status` says; True if that changed anything."""
+        changed = np.flatnonzero(status != self.status)
+        if changed.size:
+            self.projectors[changed] = [self._projector(c, status[c]) for c in changed]
+            self.cycle.truncate(self.loop.nodes[changed], self.projectors[changed])
+            self.status[changed] = status[changed]
+            self.held = np.flatnonzero(self.status)
+        return changed.size > 0
+
+    def _projector(self, c: int, status: int) -> np.ndarray:
+        """Projector (d, d) onto the directions in which candidate `c` is free to move."""
+        loop = self.loop
+        if status == STICK:
+            return np.zeros((loop.shape[1],) * 2)
+        T = np.diag(loop.loaded[loop.nodes[c]].astype(float))
+        if status == SLIP:
+            n = T @ loop.frame[c, 0]
+            length = np.linalg.norm(n)
+            if length > 1e-12:
+                T -= np.outer(n, n) / length**2
+        return T
+
+    def _project(self, r: np.ndarray) -> None:
+        """Zero the components of r (N, d) in which nodes are held or prescribed."""
+        nodes = self.loop.nodes[self.held]
+        r[nodes] = np.einsum("cab,cb->ca", self.projectors[self.held], r[nodes])
+        r[self.loop.lone] = 0.0
+
+    def _conjugate_gradients(self, r: np.ndarray, wanted: float) -> int:
+        """Set x with A x = r on what is linear, until the defect (in r) is below `wanted`; return the number of cycles."""
+        x, direction, product = self.x, self.direction, self.product
+        x[:], direction[:] = 0.0, 0.0
+        before = 1.0
+        for count in range(1, KRYLOV + 1):
+            z = self.cycle(r)
+            power = dot(r, z)
+            turn_direction(power / before, direction, z)
+            before = power
+            self._defect(self.loop.A, self.zero, direction, product)
+            self._project(product)
+            if step_along(-power / dot(direction, product), direction, product, x, r) <= wanted:
+                break
+        return count
+
+
+    def _with_friction(self, r: np.ndarray, wanted: float, u: np.ndarray, status: np.ndarray) -> int:
+        """Set x as `_conjugate_gradients` does, the friction of slipping nodes following their pressure: that makes A unsymmetric."""
+        loop, product = self.loop, self.product
+        slipping = np.flatnonzero(status == SLIP)
+        nodes, normal = loop.nodes[slipping], loop.frame[slipping, 0]
+        follow = slip_force_by_pressure(loop, u, slipping)
+        cycles = 0
+
+        def follow_friction(v: np.ndarray) -> np.ndarray:
+            self._defect(loop.A, self.zero, v.reshape(loop.shape), product)
+            np.negative(product, out=product)
+            pressure = np.einsum("ca,ca->c", normal, product[nodes])
+            self._project(product)
+            product[nodes] -= pressure[:, None] * follow
+            return product.ravel().copy()
+
+        def precondition(v: np.ndarray) -> np.ndarray:
+            nonlocal cycles
+            cycles += 1
+            return self.cycle(v.reshape(loop.shape)).ravel().copy()
+
+        size = (r.size, r.size)
+        x, _ = gcrotmk(
+            LinearOperator(size, follow_friction, dtype=np.float64),
+            r.ravel(),
+            M=LinearOperator(size, precondition, dtype=np.float64),
+            rtol=0.0,
+            atol=wanted,
+            m=KRYLOV,
+            maxiter=1,
+        )
+        self.x[:] = x.reshape(loop.shape)
+        return cycles
+
+
+def slip_force_by_pressure(loop: NodeLoop, u: np.ndarray, slipping: np.ndarray) -> np.ndarray:
+    """Change (k, d) of the friction force of the slipping candidates per unit of their pressure force, at the loop's last residual."""
+    force, frame = loop.force[slipping], loop.frame[slipping]
+    p = np.einsum("ca,ca->c", frame[:, 0], force)
+    tangential = force - p[:, None] * frame[:, 0]
+    size = np.linalg.norm(tangential, axis=1)
+    slip = np.einsum("cab,cb->ca", frame[:, 1:], u[loop.nodes[slipping]]) - loop.contact.reference[slipping]
+    speed = loop.slip_rate * np.linalg.norm(slip, axis=1)
+    bound, state = loop.friction.bound.ctypes, loop.contact.state[slipping]
+    rates = [
+        (bound(1.000001 * q, m, s) - bound(q, m, s)) / (1e-6 * q) if q > 0.0 else 0.0
+        for q, m, s in zip(p, speed, state, strict=True)
+    ]
+    return tangential * (np.array(rates) / np.where(size > 0.0, size, 1.0))[:, None]
+
+
+class CoarserMesh:
+    """The contact problem on the next coarser mesh: where it takes its load and gaps from, and how its answer comes back.
+
+    Parameters
+    ----------
+    fine : NodeLoop
+        The loop on the finer mesh.
+    levels : list of Level
+        The finer mesh and all coarser ones.
+    weights : list of csr_array
+        Scalar prolongations from the coarser mesh and the ones below.
+    """
+
+    def __init__(self, fine: NodeLoop, levels: list[Level], weights: Sequence[csr_array]):
+        self.level = levels[0]
+        at_candidates = weights[0][fine.nodes]
+        single = np.diff(at_candidates.indptr) == 1
+        self.copies = np.flatnonzero(single)  # fine candidates that are nodes of the coarser mesh
+        nodes = at_candidates[self.copies].indices
+        loop = NodeLoop(levels[1].A, nodes, fine.frame[self.copies, 0], fine.friction)
+        self.multigrid = Multigrid(loop, levels[1:], CoarserMesh(loop, levels[1:], weights[1:]) if len(weights) > 1 else None)
+        self.weights = at_candidates[:, nodes]
+        self.between = np.abs(self.weights.sum(axis=1) - 1.0) < 1e-9  # fine candidates whose parents are all candidates
+
+    def first_guess(self, fine: NodeLoop, u: np.ndarray, status: np.ndarray, record: Record) -> None:
+        """Correct u (N, d) and status (n,) of the fine mesh by the coarser solution."""
+        level, coarse = self.level, self.multigrid.loop
+        r = np.zeros(fine.shape)
+        defect(fine.shape[1])(fine.A, fine.b, u, r)
+        b = np.zeros(coarse.shape)
+        level.transfers.restrict(level.P, level.children, r, b)
+        way = fine.sticking_place(self.copies) - u[fine.nodes[self.copies]]
+        coarse.slip_rate = fine.slip_rate
+        coarse.aim(b, fine.gaps(u, status)[self.copies], way, fine.contact.state[self.copies])
+        e = np.zeros(coarse.shape)
+        touching = coarse.start(e, status[self.copies])
+        inner = Record(max(NESTED, record.tolerance), record.limit, record.sweeps, False)
+        self.multigrid.solve(e, touching, inner, nested=True)
+        level.transfers.prolong(level.P, e, u)
+        gap = fine.contact.gap + np.einsum("ca,ca->c", fine.frame[:, 0], u[fine.nodes])
+        wanted = self.weights @ coarse.gaps(e, touching)
+        lift = np.where(self.between, wanted - gap, 0.0)
+        u[fine.nodes] += lift[:, None] * fine.frame[:, 0]
+        stuck = self.weights @ (touching == STICK).astype(float) > 1.0 - 1e-9
+        status[:] = np.where(self.between & (wanted == 0.0), np.where(stuck, STICK, SLIP), FREE)
+        place_and_stick(fine, u, status)
+
+
+def geometric(loop: NodeLoop, prolongations: Sequence[csr_array]) -> Multigrid:
+    """Multigrid on nested meshes: scalar prolongations, finest first."""
+    d = loop.shape[1]
+    levels = [Level(loop.A, loop.inverse)]
+    for number, weights in enumerate(prolongations):
+        P = nodal_prolongation(weights, d)
+        if number == 0:
+            truncate_prescribed(P, loop.lone)
+        levels.append(coarsen(levels[-1], P, weights.shape[1]))
+    return Multigrid(loop, levels, CoarserMesh(loop, levels, prolongations))
+
+
+def truncate_prescribed(P: BlockMatrix, lone: np.ndarray) -> None:
+    """Zero the rows of P at prescribed unknowns (N, d)."""
+    rows = np.repeat(np.arange(lone.shape[0]), np.diff(P.indptr).astype(np.int64))
+    P.data[lone[rows]] = 0.0
