@@ -136,8 +136,10 @@ class Scene:
                 raise ValueError(f"There is no cost {key!r}; the costs are {', '.join(COSTS)}.")
             self._cost[key] = _number(f"The cost {key!r}", value)
 
-    def figure(self, figure: "Figure", name: str) -> Path:
-        """Save a matplotlib figure as NAME.png in the output folder; a script then closes it."""
+    def figure(self, figure: "Figure | None", name: str) -> Path | None:
+        """Save a matplotlib figure (or none) as NAME.png in the output folder; a script then closes it."""
+        if figure is None:
+            return None
         path = self.out / f"{name}.png"
         with write_aside(path) as aside:
             figure.savefig(aside, format="png", dpi=150)

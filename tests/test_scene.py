@@ -78,6 +78,7 @@ def test_figure_is_saved_whole(scene, tmp_path):
     assert path == tmp_path / "test" / "figure_4.png"
     assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert figure.number not in pyplot.get_fignums()
+    assert scene.figure(None, "picture") is None
     assert os.listdir(tmp_path / "test") == ["figure_4.png"]
 
 
