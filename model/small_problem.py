@@ -1,135 +1,247 @@
-"""A small dense contact problem in which every node is a candidate: the node loop, helped by Newton steps."""
+"""A small dense contact problem in which every node is a candidate: the node loop, helped by Newton steps.
+
+The loop alone would solve it; Newton steps on what the loop has decided (free, slip, stick) make it quick. A
+chain of steps that does not lower the natural residual is dropped, and the loop goes on alone for longer:
+contact sets that flip for ever are left to it. All of it is compiled, for it runs once or more a time step.
+
+Everything here is in the frames of the nodes: component 0 along the normal, the others along the tangents.
+`bound` is the friction law's function, None without friction.
+"""
 
 import numpy as np
+from numba import njit
 
-from .blocks import BlockMatrix
-from .contact_loop import FREE, SLIP, STICK, place_all_on_surface
+from .blocks import generalised_inverses
+from .contact_loop import FREE, SLIP, STICK, Candidates, place_all_on_surface, put_back, stick_or_slip
 from .friction import FrictionLaw
-from .loop import NodeLoop
+from .residual import admissible_traction
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
+PATIENCE = 20  # chains that may fail
 
 
 class SmallProblem:
     """The contact problem of k nodes with a dense matrix.
 
-    The loop alone would solve it; Newton steps on what the loop has decided (free, slip, stick) make it quick. A chain of steps
-    that does not lower the natural residual is dropped, and the loop goes on alone for longer: contact sets that flip for ever are left to it.
-
     Parameters
     ----------
-    A : BlockMatrix
-        Dense, symmetric positive definite, k block rows with all k blocks in order.
-    normal : (k, d)
-        Unit normals.
+    stiffness : (k, d, k, d)
+        Symmetric positive definite, in the frames of the nodes.
     friction : FrictionLaw or None
         The law.
     """
 
-    def __init__(self, A: BlockMatrix, normal: np.ndarray, friction: FrictionLaw | None):
-        k, d = A.indptr.size - 1, A.data.shape[1]
-        self.loop = NodeLoop(A, np.arange(k), normal, friction)
-        dense = A.data.reshape(k, k, d, d)
-        self.dense = dense.transpose(0, 2, 1, 3).reshape(k * d, k * d)
-        self.turned = np.einsum("iab,ijbc,jec->iaje", self.loop.frame, dense, self.loop.frame, optimize=True)
+    def __init__(self, stiffness: np.ndarray, friction: FrictionLaw | None):
+        k, d = stiffness.shape[:2]
+        self.S = np.ascontiguousarray(stiffness.reshape(k * d, k * d))
+        everyone = np.arange(k)
+        self.block = np.ascontiguousarray(stiffness[everyone, :, everyone])
+        self.inverse = np.empty_like(self.block)
+        generalised_inverses(self.block, everyone, self.inverse)
+        self.nodes, self.frame = everyone, np.tile(np.eye(d), (k, 1, 1))
+        self._bound = None if friction is None else friction.bound
 
-    def solve(self, status: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Solve the problem the loop is aimed at.
+    def solve(
+        self,
+        b: np.ndarray,
+        gap: np.ndarray,
+        reference: np.ndarray,
+        state: np.ndarray,
+        status: np.ndarray,
+        slip_rate: float,
+        tolerance: float,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Solve for one load.
 
         Parameters
         ----------
+        b : (k, d)
+            Load.
+        gap : (k,)
+            Distances to the road at zero displacement.
+        reference : (k, d - 1)
+            Tangential displacements at which the nodes stick.
+        state : (k,)
+            1.0 where a node slipped at the end of the last step.
         status : (k,)
             First guess, updated in place.
+        slip_rate : float
+            What slip is multiplied by for the friction law.
         tolerance : float
-            Natural residual at which to stop; rounding may stop it earlier, which the caller's own residual will tell.
+            Natural residual at which to stop; rounding may stop it earlier, which the caller's own residual
+            will tell.
 
         Returns
         -------
-        displacement (k, d), contact force (k, d), status (k,)
+        displacement (k, d), contact force (k, d)
         """
-        loop = self.loop
-        u = np.zeros(loop.shape)
-        place_all_on_surface(loop.contact, u, status)
-        loop.hold_sticking(u, status)
-        best = loop.residual(u, status)
-        sweeps, idle = 1, 0
-        while best > max(tolerance, min(self._rounding(u), 1e-8)) and idle < 20:
-            trial, trial_status, after = self._newton_chain(u, status, best)
-            if after < best:
-                idle = 0 if after < 0.5 * best else idle + 1
-                u, status, best, sweeps = trial, trial_status, after, 1
-                continue
-            idle += 1
-            loop.sweep(u, status, sweeps)
-            best = loop.residual(u, status)
-            sweeps = min(4 * sweeps, 1024)
-        loop.residual(u, status)
-        return u, loop.force, status
+        contact = Candidates(self.nodes, self.nodes, self.frame, self.block, gap, reference, state)
+        u, force = np.zeros(b.shape), np.zeros(b.shape)
+        solve_small(self.S, contact, self.inverse, b, u, status, force, self._bound, slip_rate, tolerance)
+        return u, force
 
-    def _newton_chain(self, u, status, best):
-        """Newton steps, each followed by a sweep, until the residual falls below `best`; it may rise on the way."""
-        loop = self.loop
-        u, status = u.copy(), status.copy()
+
+@njit(cache=True, error_model="numpy")
+def hold_sticking(contact, u, status):
+    """Place sticking nodes exactly where they stick: rounding must not look like slip."""
+    for c in range(status.size):
+        if status[c] == STICK:
+            u[c, 0] = -contact.gap[c]
+            for a in range(1, u.shape[1]):
+                u[c, a] = contact.reference[c, a - 1]
+
+
+@njit(cache=True, error_model="numpy")
+def linear_unknowns(status, d):
+    """Numbers of the unknowns that are linear at present: free nodes whole, slip nodes along the surface."""
+    numbers = np.empty(status.size * d, dtype=np.int64)
+    count = 0
+    for c in range(status.size):
+        for a in range(d):
+            if status[c] == FREE or (status[c] == SLIP and a > 0):
+                numbers[count] = c * d + a
+                count += 1
+    return numbers[:count]
+
+
+@njit(cache=True, error_model="numpy")
+def follow_friction(J, S, contact, u, force, status, bound, slip_rate, numbers):
+    """Subtract from J, which is S at `numbers`, the derivative of each slipping node's friction force."""
+    d = u.shape[1]
+    for row in range(numbers.size):
+        c, a = numbers[row] // d, numbers[row] % d
+        if status[c] != SLIP:
+            continue
+        size, slip = 0.0, 0.0
+        for e in range(1, d):
+            size += force[c, e] ** 2
+            slip += (u[c, e] - contact.reference[c, e - 1]) ** 2
+        size, m = np.sqrt(size), slip_rate * np.sqrt(slip)
+        if size == 0.0:
+            continue
+        p, state = force[c, 0], contact.state[c]
+        dp, dm = 1e-6 * p + 1e-300, 1e-6 * m + 1e-300
+        at = bound(p, m, state)
+        by_pressure = (bound(p + dp, m, state) - at) / dp * force[c, a] / size
+        by_slip = slip_rate * (bound(p, m + dm, state) - at) / dm
+        turning = slip_rate * size / m if m > 0.0 else 0.0
+        for column in range(numbers.size):
+            J[row, column] -= by_pressure * S[c * d, numbers[column]]
+            if numbers[column] // d == c:  # the force opposes the slip: |slip| grows by -direction . slip
+                e = numbers[column] % d
+                both = force[c, a] * force[c, e] / size**2
+                J[row, column] += by_slip * both + turning * ((1.0 if a == e else 0.0) - both)
+
+
+@njit(cache=True, error_model="numpy")
+def judge(S, contact, b, u, status, R, force, bound, slip_rate):
+    """Fill R and the admissible forces; return the natural residual and what rounding makes of it."""
+    k, d = u.shape
+    load, reaction, missing, rounding = 0.0, 0.0, 0.0, 0.0
+    for c in range(k):
+        for a in range(d):
+            s, size = b[c, a], 0.0
+            for j in range(k):
+                for e in range(d):
+                    product = S[c * d + a, j * d + e] * u[j, e]
+                    s -= product
+                    size += abs(product)
+            R[c, a] = s
+            force[c, a] = -s
+            load += b[c, a] ** 2
+            rounding += size**2
+        gap = 0.0 if status[c] != FREE else contact.gap[c] + u[c, 0]
+        p = max(force[c, 0] - contact.block[c, 0, 0] * gap, 0.0)
+        force[c, 0] = p
+        if bound is not None:
+            admissible_traction(contact, c, u, p, status[c] == STICK, bound, slip_rate, force[c])
+        for a in range(d):
+            if bound is None and a > 0:
+                force[c, a] = 0.0
+            R[c, a] += force[c, a]
+            missing += R[c, a] ** 2
+            reaction += force[c, a] ** 2
+    scale = np.sqrt(load) + np.sqrt(reaction)
+    if scale == 0.0:
+        return (0.0 if missing == 0.0 else 1.0), 0.0
+    return np.sqrt(missing) / scale, 4e-16 * np.sqrt(rounding) / scale
+
+
+@njit(cache=True, error_model="numpy")
+def sweep(count, S, contact, inverse, b, u, status, bound, slip_rate):
+    """Visit every node `count` times."""
+    k, d = u.shape
+    r = np.empty(d)
+    for _ in range(count):
+        for c in range(k):
+            for a in range(d):
+                s = b[c, a]
+                for j in range(k):
+                    for e in range(d):
+                        s -= S[c * d + a, j * d + e] * u[j, e]
+                r[a] = s
+            if bound is not None:
+                status[c] = stick_or_slip(contact, c, inverse, r, u, bound, slip_rate)
+            else:
+                status[c] = put_back(contact, c, inverse, r, u)
+
+
+@njit(cache=True, error_model="numpy")
+def newton_step(S, contact, u, status, R, force, bound, slip_rate):
+    """Solve for the unknowns that are linear at present, the friction force of slipping nodes following."""
+    d = u.shape[1]
+    numbers = linear_unknowns(status, d)
+    if numbers.size == 0:
+        return
+    J = np.empty((numbers.size, numbers.size))
+    missing = np.empty(numbers.size)
+    largest = 0.0
+    for row in range(numbers.size):
+        missing[row] = R[numbers[row] // d, numbers[row] % d]
+        for column in range(numbers.size):
+            J[row, column] = S[numbers[row], numbers[column]]
+        largest = max(largest, abs(J[row, row]))
+    if bound is not None:
+        follow_friction(J, S, contact, u, force, status, bound, slip_rate, numbers)
+    for row in range(numbers.size):  # what nothing holds yet falls as loaded, not as rounding has it
+        J[row, row] += 1e-13 * largest
+    try:
+        step = np.linalg.solve(J, missing)
+    except Exception:  # no unique slip: leave it to the loop
+        return
+    for row in range(numbers.size):
+        u[numbers[row] // d, numbers[row] % d] += step[row]
+
+
+@njit(cache=True, error_model="numpy")
+def solve_small(S, contact, inverse, b, u, status, force, bound, slip_rate, tolerance):
+    """Fill u (k, d), status (k,) and force (k, d) with the solution, status being the first guess as well."""
+    R = np.empty_like(u)
+    place_all_on_surface(contact, u, status)
+    hold_sticking(contact, u, status)
+    best, rounding = judge(S, contact, b, u, status, R, force, bound, slip_rate)
+    trial, trial_status, before = np.empty_like(u), np.empty_like(status), np.empty_like(status)
+    sweeps, idle = 1, 0
+    while best > max(tolerance, min(rounding, 1e-8)) and idle < PATIENCE:
+        trial[:], trial_status[:], after = u, status, best
         for _ in range(CHAIN):
-            before = status.copy()
-            u += self._newton_step(u, status)
-            place_all_on_surface(loop.contact, u, status)
-            status[(before == FREE) & (status == SLIP)] = STICK  # who touches sticks a priori; the sweep decides
-            loop.hold_sticking(u, status)
-            loop.sweep(u, status)
-            after = loop.residual(u, status)
+            before[:] = trial_status
+            newton_step(S, contact, trial, trial_status, R, force, bound, slip_rate)
+            place_all_on_surface(contact, trial, trial_status)
+            for c in range(status.size):
+                if before[c] == FREE and trial_status[c] == SLIP:
+                    trial_status[c] = STICK  # who touches sticks a priori; the sweep decides
+            hold_sticking(contact, trial, trial_status)
+            sweep(1, S, contact, inverse, b, trial, trial_status, bound, slip_rate)
+            after, trial_rounding = judge(S, contact, b, trial, trial_status, R, force, bound, slip_rate)
             if after < best:
                 break
-        return u, status, after
-
-    def _rounding(self, u: np.ndarray) -> float:
-        """Natural residual that rounding alone can cause at displacement u (k, d)."""
-        size = np.abs(self.dense) @ np.abs(u).ravel()
-        return 4e-16 * float(np.linalg.norm(size)) / (self.loop.load_size + float(np.linalg.norm(self.loop.force)) or 1.0)
-
-    def _newton_step(self, u: np.ndarray, status: np.ndarray) -> np.ndarray:
-        """Solve for the unknowns that are linear at present: free nodes whole, slip nodes along the surface with their friction following."""
-        loop = self.loop
-        k, d = loop.shape
-        linear = np.zeros((k, d), dtype=bool)
-        linear[status == FREE] = True
-        linear[status == SLIP, 1:] = True
-        missing = np.einsum("iab,ib->ia", loop.frame, loop.R)
-        J = self.turned
-        if loop.friction is not None and np.any(status == SLIP):
-            J = J.copy()
-            self._follow_friction(J, u, status)
-        step = np.zeros((k, d))
-        if linear.any():
-            mask = linear.ravel()
-            square = J.reshape(k * d, k * d)[np.ix_(mask, mask)]
-            # nothing may hold the body yet: let it fall the right way, not where rounding points
-            square[np.diag_indices_from(square)] += 1e-13 * np.abs(square.diagonal()).max()
-            try:
-                step[linear] = np.linalg.solve(square, missing[linear])
-            except np.linalg.LinAlgError:  # no unique slip: leave it to the loop
-                return step
-        return np.einsum("iab,ia->ib", loop.frame, step)
-
-    def _follow_friction(self, J: np.ndarray, u: np.ndarray, status: np.ndarray) -> None:
-        """Subtract from J (k, d, k, d) the derivative of the friction force of each slipping node."""
-        loop = self.loop
-        bound = loop.friction.bound.ctypes
-        frame, contact = loop.frame, loop.contact
-        force = np.einsum("iab,ib->ia", frame, loop.force)
-        slip = np.einsum("iab,ib->ia", frame[:, 1:], u) - contact.reference
-        for i in np.flatnonzero(status == SLIP):
-            size = np.linalg.norm(force[i, 1:])
-            if size == 0.0:
-                continue
-            direction = force[i, 1:] / size
-            p, m, state = force[i, 0], loop.slip_rate * np.linalg.norm(slip[i]), contact.state[i]
-            dp, dm = 1e-6 * p + 1e-300, 1e-6 * m + 1e-300
-            by_pressure = (bound(p + dp, m, state) - bound(p, m, state)) / dp
-            by_slip = loop.slip_rate * (bound(p, m + dm, state) - bound(p, m, state)) / dm
-            J[i, 1:] -= by_pressure * direction[:, None, None] * J[i, 0][None]
-            # the force points against the slip: |slip| grows by -direction . slip
-            outer = np.outer(direction, direction)
-            J[i, 1:, i, 1:] += by_slip * outer
-            if m > 0.0:
-                J[i, 1:, i, 1:] += loop.slip_rate * size / m * (np.eye(outer.shape[0]) - outer)
+        if after < best:
+            idle = 0 if after < 0.5 * best else idle + 1
+            u[:], status[:], best, rounding, sweeps = trial, trial_status, after, trial_rounding, 1
+            continue
+        idle += 1
+        sweep(sweeps, S, contact, inverse, b, u, status, bound, slip_rate)
+        best, rounding = judge(S, contact, b, u, status, R, force, bound, slip_rate)
+        sweeps = min(4 * sweeps, 1024)
+    judge(S, contact, b, u, status, R, force, bound, slip_rate)
