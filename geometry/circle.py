@@ -1,4 +1,4 @@
-"""Put points onto a circle, to the last digit where it touches the road."""
+"""Put points onto a circle or a sphere, to the last digit where it touches the road."""
 
 from __future__ import annotations
 
@@ -8,17 +8,26 @@ import numpy as np
 
 
 def onto_circle(radius: float, lowest: Sequence[float] = (0.0, 0.0)) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the function that moves points (n, 2) along their radius onto a circle.
+    """Return the function that moves points (n, dim) along their radius onto a circle, or a sphere.
 
     Near the lowest point the height above it is x^2 / (R + sqrt(R^2 - x^2)) rather than a difference, so that
     gaps to a road there are right to the last digits and never negative.
+
+    Parameters
+    ----------
+    radius : of the circle or sphere
+    lowest : its lowest point, of 2 or 3 coordinates, the last of which is the height
     """
+    base = np.asarray(lowest, dtype=float)
 
     def snap(points: np.ndarray) -> np.ndarray:
-        x, y = (points - np.asarray(lowest) - (0.0, radius)).T
-        length = np.hypot(x, y)
-        x, y = radius * (x / length), radius * (y / length)
-        height = np.where(y < 0, x**2 / (radius - np.minimum(y, 0)), radius + y)
-        return np.stack([x, height], axis=1) + lowest
+        from_centre = points - base
+        from_centre[:, -1] -= radius
+        length = np.sqrt(np.sum(from_centre**2, axis=1, keepdims=True))
+        onto = radius * (from_centre / length)
+        y = onto[:, -1]
+        across = np.sum(onto[:, :-1] ** 2, axis=1)
+        onto[:, -1] = np.where(y < 0, across / (radius - np.minimum(y, 0)), radius + y)
+        return onto + base
 
     return snap
