@@ -4,7 +4,7 @@ import numpy as np
 import pyamg
 from scipy.sparse import bsr_array
 
-from .blocks import BlockMatrix
+from .blocks import BlockMatrix, diagonal_positions
 from .hierarchy import Level, coarsen
 from .loop import NodeLoop
 from .multigrid import Multigrid
@@ -27,7 +27,7 @@ def algebraic(A: bsr_array, loop: NodeLoop, coordinates: np.ndarray) -> Multigri
     hierarchy = pyamg.smoothed_aggregation_solver(
         A, B=motions.reshape(N * d, -1), strength=("symmetric", {"theta": 0.0}), smooth="jacobi", max_coarse=100
     )
-    levels = [Level(loop.A, loop.inverse)]
+    levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
     for level in hierarchy.levels[:-1]:
         P = bsr_array(level.P)
         P.sort_indices()

@@ -36,11 +36,11 @@ def node_order(order: Any, nodes: int) -> np.ndarray:
 
 
 @njit(inline="always")
-def row_defect_2(A, load, u, i, r):
-    """Write load_i - sum_j A_ij u_j into r, for blocks of two."""
+def row_defect_2(A, begin, end, load, u, i, r):
+    """Write load_i - sum_k A_k u_j(k), over the blocks begin <= k < end, into r; for blocks of two."""
     r0, r1 = load[i, 0], load[i, 1]
     s0, s1 = 0.0, 0.0
-    for k in range(A.indptr[i], A.indptr[i + 1]):
+    for k in range(begin, end):
         j = A.indices[k]
         x, y = u[j, 0], u[j, 1]
         r0 -= A.data[k, 0, 0] * x
@@ -51,10 +51,10 @@ def row_defect_2(A, load, u, i, r):
 
 
 @njit(inline="always")
-def row_defect_3(A, load, u, i, r):
-    """Write load_i - sum_j A_ij u_j into r, for blocks of three."""
+def row_defect_3(A, begin, end, load, u, i, r):
+    """As `row_defect_2`, for blocks of three."""
     r0, r1, r2 = load[i, 0], load[i, 1], load[i, 2]
-    for k in range(A.indptr[i], A.indptr[i + 1]):
+    for k in range(begin, end):
         j = A.indices[k]
         x, y, z = u[j, 0], u[j, 1], u[j, 2]
         r0 -= A.data[k, 0, 0] * x + A.data[k, 0, 1] * y + A.data[k, 0, 2] * z
@@ -64,11 +64,11 @@ def row_defect_3(A, load, u, i, r):
 
 
 @njit(inline="always")
-def row_defect_any(A, load, u, i, r):
-    """Write load_i - sum_j A_ij u_j into r, for blocks of any size."""
+def row_defect_any(A, begin, end, load, u, i, r):
+    """As `row_defect_2`, for blocks of any size."""
     for a in range(r.size):
         s = load[i, a]
-        for k in range(A.indptr[i], A.indptr[i + 1]):
+        for k in range(begin, end):
             j = A.indices[k]
             for b in range(r.size):
                 s -= A.data[k, a, b] * u[j, b]
@@ -84,11 +84,11 @@ def gauss_seidel(size: int):
         r = np.empty(size)
         for i in order:
             if size == 2:
-                row_defect_2(A, load, u, i, r)
+                row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
             elif size == 3:
-                row_defect_3(A, load, u, i, r)
+                row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
             else:
-                row_defect_any(A, load, u, i, r)
+                row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
             for a in range(size):
                 s = 0.0
                 for b in range(size):
@@ -96,6 +96,54 @@ def gauss_seidel(size: int):
                 u[i, a] += s
 
     return sweep
+
+
+@lru_cache
+def sweep_from_zero(size: int):
+    """Compile a forward sweep for A z = r that starts from z = 0, and the defect it leaves, for the price of one product.
+
+    Rows of A must be sorted, with diagonal blocks at the positions `middle` (n,): going up, only what lies left of the diagonal
+    counts; the defect is what lies right of it.
+    """
+
+    @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+    def sweep(A, middle, inverse, r, z, rest):
+        row = np.empty(size)
+        for i in range(z.shape[0]):
+            if size == 2:
+                row_defect_2(A, A.indptr[i], middle[i], r, z, i, row)
+            elif size == 3:
+                row_defect_3(A, A.indptr[i], middle[i], r, z, i, row)
+            else:
+                row_defect_any(A, A.indptr[i], middle[i], r, z, i, row)
+            for a in range(size):
+                s = 0.0
+                for b in range(size):
+                    s += inverse[i, a, b] * row[b]
+                z[i, a] = s
+                rest[i, a] = row[a]
+        for i in range(z.shape[0]):
+            if size == 2:
+                row_defect_2(A, middle[i], A.indptr[i + 1], rest, z, i, row)
+            elif size == 3:
+                row_defect_3(A, middle[i], A.indptr[i + 1], rest, z, i, row)
+            else:
+                row_defect_any(A, middle[i], A.indptr[i + 1], rest, z, i, row)
+            for a in range(size):
+                rest[i, a] = row[a]
+
+    return sweep
+
+
+@njit(cache=True, error_model="numpy")
+def diagonal_positions(A):
+    """Position (n,) of each row's diagonal block in `A.data`."""
+    middle = np.empty(A.indptr.size - 1, dtype=np.uint64)
+    for i in range(middle.size):
+        for k in range(A.indptr[i], A.indptr[i + 1]):
+            if A.indices[k] == i:
+                middle[i] = k
+    return middle
 
 
 @lru_cache
@@ -107,11 +155,11 @@ def defect(size: int):
         row = np.empty(size)
         for i in range(r.shape[0]):
             if size == 2:
-                row_defect_2(A, load, u, i, row)
+                row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
             elif size == 3:
-                row_defect_3(A, load, u, i, row)
+                row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
             else:
-                row_defect_any(A, load, u, i, row)
+                row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
             for a in range(size):
                 r[i, a] = row[a]
 

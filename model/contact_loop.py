@@ -235,11 +235,11 @@ def contact_sweeps(dim: int, friction: bool) -> Any:
         for _ in range(count):
             for i in order:
                 if dim == 2:
-                    row_defect_2(A, load, u, i, r)
+                    row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
                 elif dim == 3:
-                    row_defect_3(A, load, u, i, r)
+                    row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
                 else:
-                    row_defect_any(A, load, u, i, r)
+                    row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
                 c = contact.number[i]
                 if c < 0:
                     for a in range(dim):

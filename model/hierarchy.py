@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from scipy.sparse import csr_array
 
-from .blocks import REORDER_SUMS, BlockMatrix, diagonal_blocks, generalised_inverses
+from .blocks import REORDER_SUMS, BlockMatrix, diagonal_blocks, diagonal_positions, generalised_inverses
 
 
 class Children(NamedTuple):
@@ -26,10 +26,11 @@ class Children(NamedTuple):
 
 @dataclass
 class Level:
-    """One mesh of the hierarchy: its matrix, the inverses of its diagonal blocks, and the way to the next coarser mesh."""
+    """One mesh of the hierarchy: its matrix, inverses and positions of the diagonal blocks, and the way to the next coarser mesh."""
 
     A: BlockMatrix
     inverse: np.ndarray
+    middle: np.ndarray
     P: Any = None
     children: Any = None
     transfers: Any = None
@@ -54,7 +55,7 @@ def transposed(P: BlockMatrix, coarse: int) -> Children:
 
 @njit(cache=True, error_model="numpy")
 def galerkin_pattern(A, P, children):
-    """Row pointers and columns of P^T A P."""
+    """Row pointers and sorted columns of P^T A P."""
     coarse = children.indptr.size - 1
     indptr = np.zeros(coarse + 1, dtype=np.uint64)
     seen = np.full(coarse, -1, dtype=np.int64)
@@ -79,6 +80,8 @@ def galerkin_pattern(A, P, children):
                             found += 1
             if count == 0:
                 indptr[I + 1] = found
+            else:
+                indices[indptr[I] : indptr[I + 1]].sort()
     return indptr, indices
 
 
@@ -126,26 +129,36 @@ def transfers(d: int, c: int) -> Transfers:
 
     @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
     def restrict(P, children, r, coarse_r):
+        row = np.empty(c)
         for I in range(coarse_r.shape[0]):
             for a in range(c):
-                s = 0.0
-                for q in range(children.indptr[I], children.indptr[I + 1]):
-                    i = children.row[q]
-                    e = children.entry[q]
+                row[a] = 0.0
+            for q in range(children.indptr[I], children.indptr[I + 1]):
+                i = children.row[q]
+                e = children.entry[q]
+                for a in range(c):
+                    s = 0.0
                     for t in range(d):
                         s += P.data[e, t, a] * r[i, t]
-                coarse_r[I, a] = s
+                    row[a] += s
+            for a in range(c):
+                coarse_r[I, a] = row[a]
 
     @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
     def prolong(P, coarse_u, u):
+        row = np.empty(d)
         for i in range(u.shape[0]):
             for t in range(d):
-                s = u[i, t]
-                for m in range(P.indptr[i], P.indptr[i + 1]):
-                    I = P.indices[m]
+                row[t] = u[i, t]
+            for m in range(P.indptr[i], P.indptr[i + 1]):
+                I = P.indices[m]
+                for t in range(d):
+                    s = 0.0
                     for a in range(c):
                         s += P.data[m, t, a] * coarse_u[I, a]
-                u[i, t] = s
+                    row[t] += s
+            for t in range(d):
+                u[i, t] = row[t]
 
     return Transfers(galerkin_rows, restrict, prolong)
 
@@ -166,7 +179,8 @@ def coarsen(level: Level, P: BlockMatrix, coarse_nodes: int) -> Level:
     level.transfers = transfers(*P.data.shape[1:])
     c = P.data.shape[2]
     indptr, indices = galerkin_pattern(level.A, P, level.children)
-    coarse = Level(BlockMatrix(indptr, indices, np.zeros((indices.size, c, c))), np.zeros((coarse_nodes, c, c)))
+    A = BlockMatrix(indptr, indices, np.zeros((indices.size, c, c)))
+    coarse = Level(A, np.zeros((coarse_nodes, c, c)), diagonal_positions(A))
     recompute(level, coarse, np.arange(coarse_nodes))
     return coarse
 

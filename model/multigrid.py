@@ -15,13 +15,12 @@ from numba import njit
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
-from .blocks import REORDER_SUMS, BlockMatrix, defect, gauss_seidel, node_order
+from .blocks import REORDER_SUMS, BlockMatrix, defect, diagonal_positions, gauss_seidel, node_order, sweep_from_zero
 from .contact_loop import FREE, SLIP, STICK
 from .hierarchy import Level, coarsen, columns_of, nodal_prolongation, recompute
 from .loop import NodeLoop, place_and_stick
 from .record import Record
 
-SMOOTHING = 2  # sweeps before and after each coarse correction
 PATIENCE = 8  # rounds in which the residual need not fall
 KRYLOV = 30  # cycles in one correction at most
 NESTED = 1e-3  # natural residual to which coarser meshes solve for a first guess
@@ -52,8 +51,7 @@ class Cycle:
         self.corrections = [np.zeros(shape) for shape in shapes]
         self.defects = [np.zeros(shape) for shape in shapes]
         self.loads = [np.zeros(shape) for shape in shapes]
-        self.orders = [node_order(None, nodes) for nodes, _ in shapes]
-        self.reversed = [order[::-1].copy() for order in self.orders]
+        self.reversed = [node_order(None, nodes)[::-1].copy() for nodes, _ in shapes]
         self.coarsest_inverse: np.ndarray | None = None
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
@@ -74,7 +72,7 @@ class Cycle:
             recompute(fine, coarse, changed)
 
     def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
-        """One V-cycle for A z = r from z = 0, on level `number`; the result is overwritten by the next call."""
+        """One V(1,1)-cycle for A z = r from z = 0, on level `number`; the result is overwritten by the next call."""
         level, z = self.levels[number], self.corrections[number]
         if number == len(self.levels) - 1:
             if self.coarsest_inverse is None:
@@ -82,15 +80,10 @@ class Cycle:
             z[:] = (self.coarsest_inverse @ r.ravel()).reshape(r.shape)
             return z
         rest, coarse_r, size = self.defects[number], self.loads[number + 1], r.shape[1]
-        sweep = gauss_seidel(size)
-        z[:] = 0.0
-        for _ in range(SMOOTHING):
-            sweep(level.A, level.inverse, r, z, self.orders[number])
-        defect(size)(level.A, r, z, rest)
+        sweep_from_zero(size)(level.A, level.middle, level.inverse, r, z, rest)
         level.transfers.restrict(level.P, level.children, rest, coarse_r)
         level.transfers.prolong(level.P, self(coarse_r, number + 1), z)
-        for _ in range(SMOOTHING):
-            sweep(level.A, level.inverse, r, z, self.reversed[number])
+        gauss_seidel(size)(level.A, level.inverse, r, z, self.reversed[number])
         return z
 
 
@@ -356,7 +349,7 @@ class CoarserMesh:
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array]) -> Multigrid:
     """Multigrid on nested meshes: scalar prolongations, finest first."""
     d = loop.shape[1]
-    levels = [Level(loop.A, loop.inverse)]
+    levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
     for number, weights in enumerate(prolongations):
         P = nodal_prolongation(weights, d)
         if number == 0:

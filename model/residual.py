@@ -31,11 +31,11 @@ def natural_residual(dim: int, friction: bool) -> Any:
         row = np.empty(dim)
         for i in range(R.shape[0]):
             if dim == 2:
-                row_defect_2(A, load, u, i, row)
+                row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
             elif dim == 3:
-                row_defect_3(A, load, u, i, row)
+                row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
             else:
-                row_defect_any(A, load, u, i, row)
+                row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
             for a in range(dim):
                 R[i, a] = row[a]
         local = np.empty(dim)
