@@ -4,6 +4,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from numba import njit
 
 from .blocks import BlockMatrix, diagonal_blocks, generalised_inverses, node_order
 from .contact_loop import FREE, SLIP, STICK, Candidates, contact_sweeps, frames, place_all_on_surface
@@ -44,7 +45,7 @@ class NodeLoop:
         diagonal_blocks(A, rows, self.diagonal)
         self.inverse = np.empty_like(self.diagonal)
         generalised_inverses(self.diagonal, rows, self.inverse)
-        self.lone = lone_unknowns(A, self.diagonal)
+        self.lone = lone_unknowns(A)
         self.loaded = ~self.lone
         self.nodes = np.asarray(contact_nodes, dtype=np.int64)
         number = np.full(N, -1, dtype=np.int32)
@@ -136,13 +137,15 @@ def place_and_stick(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
     loop.hold_sticking(u, status)
 
 
-def lone_unknowns(A: BlockMatrix, diagonal: np.ndarray) -> np.ndarray:
+@njit(cache=True)
+def lone_unknowns(A):
     """Which unknowns (N, d) are alone in their row: prescribed ones, whose value is load over diagonal entry."""
-    N, d = diagonal.shape[:2]
-    rows = np.repeat(np.arange(N), np.diff(A.indptr).astype(np.int64))
-    lone = np.ones((N, d), dtype=bool)
-    for a in range(d):
-        coupled = np.any(np.delete(A.data[:, a, :], a, axis=1) != 0.0, axis=1)
-        coupled |= (A.data[:, a, a] != 0.0) & (A.indices != rows)
-        lone[rows[coupled], a] = False
+    d = A.data.shape[1]
+    lone = np.ones((A.indptr.size - 1, d), dtype=np.bool_)
+    for i in range(lone.shape[0]):
+        for k in range(A.indptr[i], A.indptr[i + 1]):
+            for a in range(d):
+                for b in range(d):
+                    if A.data[k, a, b] != 0.0 and (a != b or A.indices[k] != i):
+                        lone[i, a] = False
     return lone

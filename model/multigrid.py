@@ -23,7 +23,7 @@ from .record import Record
 
 PATIENCE = 8  # rounds in which the residual need not fall
 KRYLOV = 30  # cycles in one correction at most
-NESTED = 1e-3  # natural residual to which coarser meshes solve for a first guess
+NESTED = 1e-1  # natural residual to which coarser meshes solve for a first guess
 
 
 class Cycle:
@@ -186,10 +186,10 @@ class Multigrid:
                 loop.sweep(u, status, sweeps)
                 best, idle, sweeps = loop.residual(u, status), 0, min(4 * sweeps, 1024)
             steady = 0 if self._truncate(status) else steady + 1
-            self._correct(u, status, record, steady)
+            self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
 
-    def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int) -> None:
-        """Solve for the unknowns that are linear at present, to a tenth while the contact set still changes."""
+    def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, damping: float) -> None:
+        """Solve for the unknowns that are linear at present, to a tenth while the contact set still changes; damped where sets flip."""
         loop = self.loop
         scale = loop.load_size + float(np.linalg.norm(loop.force))
         self._project(loop.R)
@@ -198,7 +198,7 @@ class Multigrid:
             record.cycles += self._with_friction(loop.R, wanted, u, status)
         else:
             record.cycles += self._conjugate_gradients(loop.R, wanted)
-        u += self.x
+        u += damping * self.x
         place_and_stick(loop, u, status)
 
     def _truncate(self, status: np.ndarray) -> bool:
