@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from .blocks import REORDER_SUMS, row_defect_2, row_defect_3, row_defect_any
+from .friction import allowed
 
 FREE, SLIP, STICK = 0, 1, 2
 
@@ -140,7 +141,7 @@ def stick_or_slip(contact, c, inverse, r, u, bound, slip_rate):
     for a in range(1, d):
         tangential += force[a] ** 2
     tangential = np.sqrt(tangential)
-    if tangential > bound(max(force[0], 0.0), 0.0, contact.state[c]):
+    if tangential > allowed(bound, max(force[0], 0.0), 0.0, contact.state[c]):
         status = SLIP
         if d == 2:
             slip_2d(D, force, tangential, bound, slip_rate, contact.state[c], slip)
@@ -165,7 +166,7 @@ def slip_2d(D, force, tangential, bound, slip_rate, state, slip):
 
     def excess(m):
         p = max(force[0] - sign * D[0, 1] * m, 0.0)
-        return tangential - D[1, 1] * m - bound(p, max(slip_rate * m, 1e-300), state)
+        return tangential - D[1, 1] * m - allowed(bound, p, max(slip_rate * m, 1e-300), state)
 
     low, high = 0.0, tangential / D[1, 1]
     at_low, at_high = excess(low), excess(high)
@@ -207,7 +208,7 @@ def slip_3d(D, force, bound, slip_rate, state, slip):
         slip[1], slip[2] = (1.0 - x) * w1, (1.0 - x) * w2
         length = np.sqrt(w1 * w1 + w2 * w2)
         p = max(force[0] + D[0, 1] * slip[1] + D[0, 2] * slip[2], 0.0)
-        at_x = x * scale * length - bound(p, max(slip_rate * (1.0 - x) * length, 1e-300), state)
+        at_x = x * scale * length - allowed(bound, p, max(slip_rate * (1.0 - x) * length, 1e-300), state)
         if abs(at_x) <= 1e-15 * tangential or high - low <= 1e-16:
             break
         if at_x < 0.0:

@@ -7,14 +7,16 @@ A law is one small compiled function
 with `pressure` the nodal contact force (>= 0), `slip` the length of the node's slip in the step, times the `slip_rate` of
 the solve (1 for increments; 1/dt turns it into a speed), and `state` 1.0 where the node was slipping at the end of the
 last step, else 0.0. A node sticks while its tangential force stays below bound(p, 0, state); otherwise it slips, and the
-force equals bound(p, slip, state) and opposes the slip. The loop calls laws through a pointer: one compiled loop serves them all,
+force equals bound(p, slip, state) and opposes the slip. The loop calls laws through their address: one compiled loop serves them all,
 and a frictionless scene compiles none of it.
 """
 
 from math import exp, isfinite
 from typing import Any
 
-from numba import cfunc
+from llvmlite import ir
+from numba import cfunc, types
+from numba.extending import intrinsic
 
 SIGNATURE = "float64(float64, float64, float64)"
 
@@ -37,9 +39,29 @@ class FrictionLaw:
         self.name = name
         self.coefficient = coefficient
 
+    @property
+    def address(self) -> int:
+        """Where the compiled function lies in memory: what the loop gets, since an integer costs nothing to pass."""
+        return self.bound.address
+
     def __repr__(self) -> str:
         """Return the law's name with its coefficients."""
         return self.name
+
+
+@intrinsic
+def allowed(typing: Any, address: Any, pressure: Any, slip: Any, state: Any) -> Any:
+    """Call, from compiled code, the law at an address: the largest tangential force."""
+    if not isinstance(address, types.Integer):
+        return None
+    signature = types.float64(address, types.float64, types.float64, types.float64)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        number = ir.DoubleType()
+        law = builder.inttoptr(arguments[0], ir.FunctionType(number, [number] * 3).as_pointer())
+        return builder.call(law, arguments[1:])
+
+    return signature, generate
 
 
 def friction_law(function: Any, coefficient: float = 0.0) -> FrictionLaw:

@@ -54,7 +54,7 @@ class NodeLoop:
         self.turn(normal)
         self._sweeps = contact_sweeps(d, friction is not None)
         self._residual = natural_residual(d, friction is not None)
-        self._bound = None if friction is None else friction.bound
+        self._bound = None if friction is None else friction.address
         self.R, self.force = np.zeros((N, d)), np.zeros((self.nodes.size, d))
         self.sweeps, self.slip_rate = 0, 1.0
         self.seconds_of_passes, self.passes = 0.0, 0

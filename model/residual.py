@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from .blocks import REORDER_SUMS, row_defect_2, row_defect_3, row_defect_any
+from .friction import allowed
 
 
 @lru_cache
@@ -83,7 +84,7 @@ def admissible_traction(contact, c, u, p, sticks, bound, slip_rate, local):
         local[a] -= stiffness * s
         size += local[a] ** 2
     size = np.sqrt(size)
-    largest = bound(p, slip_rate * np.sqrt(slip), contact.state[c])
+    largest = allowed(bound, p, slip_rate * np.sqrt(slip), contact.state[c])
     if size > largest:
         for a in range(1, d):
             local[a] *= largest / size

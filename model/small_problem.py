@@ -5,7 +5,7 @@ chain of steps that does not lower the natural residual is dropped, and the loop
 contact sets that flip for ever are left to it. All of it is compiled, for it runs once or more a time step.
 
 Everything here is in the frames of the nodes: component 0 along the normal, the others along the tangents.
-`bound` is the friction law's function, None without friction.
+`bound` is the address of the friction law, None without friction.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from numba import njit
 
 from .blocks import generalised_inverses
 from .contact_loop import FREE, SLIP, STICK, Candidates, place_all_on_surface, put_back, stick_or_slip
-from .friction import FrictionLaw
+from .friction import FrictionLaw, allowed
 from .residual import admissible_traction
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
@@ -39,7 +39,7 @@ class SmallProblem:
         self.inverse = np.empty_like(self.block)
         generalised_inverses(self.block, everyone, self.inverse)
         self.nodes, self.frame = everyone, np.tile(np.eye(d), (k, 1, 1))
-        self._bound = None if friction is None else friction.bound
+        self._bound = None if friction is None else friction.address
 
     def solve(
         self,
@@ -121,9 +121,9 @@ def follow_friction(J, S, contact, u, force, status, bound, slip_rate, numbers):
             continue
         p, state = force[c, 0], contact.state[c]
         dp, dm = 1e-6 * p + 1e-300, 1e-6 * m + 1e-300
-        at = bound(p, m, state)
-        by_pressure = (bound(p + dp, m, state) - at) / dp * force[c, a] / size
-        by_slip = slip_rate * (bound(p, m + dm, state) - at) / dm
+        at = allowed(bound, p, m, state)
+        by_pressure = (allowed(bound, p + dp, m, state) - at) / dp * force[c, a] / size
+        by_slip = slip_rate * (allowed(bound, p, m + dm, state) - at) / dm
         turning = slip_rate * size / m if m > 0.0 else 0.0
         for column in range(numbers.size):
             J[row, column] -= by_pressure * S[c * d, numbers[column]]
