@@ -12,10 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 from numba import njit
+from scipy.linalg.lapack import dpotrf
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
-from .blocks import REORDER_SUMS, BlockMatrix, defect, diagonal_positions, gauss_seidel, node_order, sweep_from_zero
+from .blocks import REORDER_SUMS, BlockMatrix, defect, diagonal_positions, gauss_seidel, generalised_inverses, node_order, sweep_from_zero
 from .contact_loop import FREE, SLIP, STICK
 from .hierarchy import Level, coarsen, columns_of, nodal_prolongation, recompute
 from .loop import NodeLoop, place_and_stick
@@ -54,18 +55,15 @@ class Cycle:
         self.reversed = [node_order(None, nodes)[::-1].copy() for nodes, _ in shapes]
         self.coarsest_inverse: np.ndarray | None = None
 
-    def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
-        """Hold the given nodes (k,) of the finest mesh to the range of their projectors (k, d, d), and repair the coarse matrices."""
+    def truncate(self, nodes: np.ndarray, blocks: np.ndarray, projectors: np.ndarray) -> None:
+        """Hold nodes (k,) of the finest mesh, with diagonal blocks (k, d, d), to the range of their projectors (k, d, d); repair the coarse matrices."""
         finest = self.levels[0]
-        blocks = projectors @ diagonal(finest.A, nodes) @ projectors
-        finest.inverse[nodes] = np.linalg.pinv(blocks, rcond=1e-13, hermitian=True)
+        finest.inverse[nodes] = projected_inverses(blocks, projectors)
         self.coarsest_inverse = None
         if len(self.levels) == 1:
             self.projectors[nodes] = projectors
             return
-        for node, T in zip(nodes, projectors, strict=True):
-            entries = slice(int(finest.P.indptr[node]), int(finest.P.indptr[node + 1]))
-            finest.P.data[entries] = T @ self.full_P[entries]
+        truncate_rows(finest.P, self.full_P, nodes, projectors)
         changed = columns_of(finest.A, nodes, finest.inverse.shape[0])
         for fine, coarse in pairwise(self.levels):
             changed = columns_of(fine.P, changed, coarse.inverse.shape[0])
@@ -87,13 +85,26 @@ class Cycle:
         return z
 
 
-def diagonal(A: BlockMatrix, nodes: np.ndarray) -> np.ndarray:
-    """Diagonal blocks (k, d, d) of the given nodes."""
-    blocks = np.empty((nodes.size, *A.data.shape[1:]))
-    for n, i in enumerate(nodes):
-        row = slice(int(A.indptr[i]), int(A.indptr[i + 1]))
-        blocks[n] = A.data[row][A.indices[row] == i][0]
-    return blocks
+def projected_inverses(blocks: np.ndarray, projectors: np.ndarray) -> np.ndarray:
+    """Inverses (k, d, d) of symmetric blocks on the ranges of their projectors, zero elsewhere."""
+    inside = projectors @ blocks @ projectors
+    inverses = np.empty_like(inside)
+    generalised_inverses(inside, np.arange(len(inside)), inverses)
+    return projectors @ inverses @ projectors
+
+
+@njit(cache=True, error_model="numpy")
+def truncate_rows(P, full, nodes, projectors):
+    """Set the rows of P at the given nodes to their projectors times the rows of the `full` prolongation's data."""
+    d, c = P.data.shape[1], P.data.shape[2]
+    for n in range(nodes.size):
+        for m in range(P.indptr[nodes[n]], P.indptr[nodes[n] + 1]):
+            for a in range(d):
+                for b in range(c):
+                    s = 0.0
+                    for t in range(d):
+                        s += projectors[n, a, t] * full[m, t, b]
+                    P.data[m, a, b] = s
 
 
 def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None) -> np.ndarray:
@@ -103,7 +114,16 @@ def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None) -> np.ndarray:
     rows = np.repeat(np.arange(n), np.diff(A.indptr).astype(np.int64))
     data = A.data if projectors is None else projectors[rows] @ A.data @ projectors[A.indices]
     full[rows, :, A.indices] = data
-    return np.linalg.pinv(full.reshape(n * d, n * d), rcond=1e-12, hermitian=True)
+    full = full.reshape(n * d, n * d)
+    supported = np.flatnonzero(full.diagonal() > 0.0)
+    inverse, inside = np.zeros_like(full), full[np.ix_(supported, supported)]
+    factor, failed = dpotrf(inside, lower=True)
+    pivots = factor.diagonal()
+    if failed or np.any(pivots**2 < 1e-11 * inside.diagonal()):
+        inverse[np.ix_(supported, supported)] = np.linalg.pinv(inside, rcond=1e-12, hermitian=True)
+    else:
+        inverse[np.ix_(supported, supported)] = np.linalg.inv(inside)
+    return inverse
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
@@ -205,24 +225,12 @@ class Multigrid:
         """Hold the nodes as `status` says; True if that changed anything."""
         changed = np.flatnonzero(status != self.status)
         if changed.size:
-            self.projectors[changed] = [self._projector(c, status[c]) for c in changed]
-            self.cycle.truncate(self.loop.nodes[changed], self.projectors[changed])
+            nodes = self.loop.nodes[changed]
+            self.projectors[changed] = free_directions(self.loop, changed, status[changed])
+            self.cycle.truncate(nodes, self.loop.diagonal[nodes], self.projectors[changed])
             self.status[changed] = status[changed]
             self.held = np.flatnonzero(self.status)
         return changed.size > 0
-
-    def _projector(self, c: int, status: int) -> np.ndarray:
-        """Projector (d, d) onto the directions in which candidate `c` is free to move."""
-        loop = self.loop
-        if status == STICK:
-            return np.zeros((loop.shape[1],) * 2)
-        T = np.diag(loop.loaded[loop.nodes[c]].astype(float))
-        if status == SLIP:
-            n = T @ loop.frame[c, 0]
-            length = np.linalg.norm(n)
-            if length > 1e-12:
-                T -= np.outer(n, n) / length**2
-        return T
 
     def _project(self, r: np.ndarray) -> None:
         """Zero the components of r (N, d) in which nodes are held or prescribed."""
@@ -296,6 +304,19 @@ def slip_force_by_pressure(loop: NodeLoop, u: np.ndarray, slipping: np.ndarray) 
         for q, m, s in zip(p, speed, state, strict=True)
     ]
     return tangential * (np.array(rates) / np.where(size > 0.0, size, 1.0))[:, None]
+
+
+def free_directions(loop: NodeLoop, numbers: np.ndarray, status: np.ndarray) -> np.ndarray:
+    """Projectors (k, d, d) onto the directions in which candidates of the given status are free to move."""
+    loaded = loop.loaded[loop.nodes[numbers]].astype(float)
+    T = loaded[:, :, None] * np.eye(loop.shape[1])
+    normal = loaded * loop.frame[numbers, 0]
+    length = np.linalg.norm(normal, axis=1)
+    normal[length > 1e-12] /= length[length > 1e-12, None]
+    slips = status == SLIP
+    T[slips] -= normal[slips, :, None] * normal[slips, None, :]
+    T[status == STICK] = 0.0
+    return T
 
 
 class CoarserMesh:

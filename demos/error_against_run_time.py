@@ -1,0 +1,338 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: py:percent
+# ---
+
+# %% [markdown]
+# # Error against run time
+#
+# How long does an answer take, and how good is it? Two errors must be told apart:
+#
+# $$ \underbrace{\|u_h^{(k)} - u_h\|}_{\text{algebraic: more cycles help}} \quad\text{and}\quad
+#    \underbrace{\|u_h - u\|}_{\text{discretisation: only a finer mesh helps}} \tag{1} $$
+#
+# Cycles spent after the first has sunk below the second are wasted. The scene is Hertz's (section 3.1.1 of the paper: R = 10 mm,
+# E = 210 GPa, nu = 0.3, P = 10 kN/mm, no friction, uniform traction on the flat face), on nested meshes of 56 x 4^k quadrilaterals.
+# We measure in the energy norm, $\|v\|_A^2 = v^T A v$, and in what an engineer reads off: p0, a and the pressure.
+#
+# One work unit is the time of one sweep of the node loop over the finest mesh. Everything counts, also the set-up.
+
+# %%
+from time import perf_counter
+
+import numpy as np
+
+from forms import Elasticity, Isotropic, Support
+from forms.alternatives import penalty, vinewtonrsls
+from geometry import Body, Plane, half_cylinder, half_cylinder_nested
+from model import ContactSolver, NotConverged, follow, solve
+from model.body_on_road import BodyOnRoad
+from model.figures import convergence_figure
+from model.hertz import HertzCylinder
+from model.pressure import contact_half_width
+from model.scene import Scene
+
+scene = Scene("error_against_run_time", "Error against run time: this project's corrections and what else there is.")
+scene.built("K")
+scene.left_out("M", "C", "gmsh", "pyvista")
+R, E, nu, P, mu = 10.0, 210e3, 0.3, 1e4, 0.5
+hertz = HertzCylinder(P, R, E, nu)
+levels = range(1, 5) if scene.quick else range(1, 8)
+assembly_seconds = 0.0
+
+
+# %%
+def cylinder(grid, refinements=0, friction=None):
+    """Half cylinder on the road: uniform traction and one node held in x, or, with friction, a rigid platen."""
+    global assembly_seconds
+    began = perf_counter()
+    body = Body.from_grid(grid, refinements)
+    elasticity = Elasticity(body, Isotropic(E, nu))
+    support, load = Support(body), elasticity.total_force("top", (0.0, -P))
+    if friction is None:
+        support.fix_node(body.nearest_node((0.0, R)), x=0.0)
+    else:
+        support.platen("top").fix("top", x=0.0)
+    pressed = BodyOnRoad(elasticity, support.apply(elasticity.stiffness(), load), Plane(), "arc", friction, reach=0.3 * R)
+    assembly_seconds += perf_counter() - began
+    return pressed
+
+
+def energy(problem, u):
+    """Potential energy of displacement u."""
+    return 0.5 * u.ravel() @ (problem.A @ u.ravel()) - np.sum(problem.b * u)
+
+
+def algebraic_error(problem, u, exact):
+    """Relative distance in the energy norm."""
+    e = (u - exact).ravel()
+    return np.sqrt(max(e @ (problem.A @ e), 0.0) / (exact.ravel() @ (problem.A @ exact.ravel())))
+
+
+def timed(problem, correction, tolerance, repeat=2, **options):
+    """Solve from scratch, set-up included; the quicker of `repeat` runs."""
+    runs = []
+    for _ in range(repeat):
+        solver = ContactSolver(problem, correction, progress=False)
+        solution = solver.solve(tolerance=tolerance, **options)
+        runs.append((solution.setup_seconds + solution.seconds, solution))
+    return min(runs, key=lambda run: run[0])
+
+
+# %% [markdown]
+# ## Geometric multigrid, mesh by mesh
+#
+# For each mesh: the discrete solution (residual 1e-11), then runs to rising accuracy. A linear problem of the same size is solved by the same
+# cycles: the final contact set is prescribed and nothing is left to decide.
+
+# %%
+def linear_twin(pressed, solution):
+    """The linear problem with the final contact set prescribed; one node far from the road keeps the code path."""
+    body, held = pressed.elasticity.body, pressed.nodes[solution.status > 0]
+    support = Support(body).fix_node(body.nearest_node((0.0, R)), x=0.0)
+    for node in held:
+        support.fix_node(int(node), y=-body.coordinates[node, 1])
+    load = pressed.elasticity.total_force("top", (0.0, -P))
+    twin = BodyOnRoad(
+        pressed.elasticity, support.apply(pressed.elasticity.stiffness(), load), Plane((0.0, -R)), "arc", reach=1.3 * R
+    )
+    return twin.problem
+
+
+tolerances = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
+timed(cylinder(half_cylinder_nested(R), 1).problem, "multigrid", 1e-8)  # compiles
+scenes, exact, found, histories, linear_seconds = {}, {}, {}, {}, {}
+for k in scene.progress(levels, "meshes"):
+    pressed = cylinder(half_cylinder_nested(R), k)
+    problem, dofs = pressed.problem, pressed.problem.b.size
+    exact[k] = solve(problem, "multigrid", tolerance=1e-11, progress=False)
+    histories[k] = []
+    for tolerance in tolerances:
+        seconds, solution = timed(problem, "multigrid", tolerance)
+        sweep = seconds / solution.work_units
+        histories[k].append((seconds, solution.seconds / sweep, algebraic_error(problem, solution.displacement, exact[k].displacement)))
+    final, final_seconds = solution, seconds
+    memory = final.peak_memory
+    linear_seconds[k] = timed(linear_twin(pressed, final), "multigrid", 1e-8)[0] if k < 7 else np.nan
+    p, x = pressed.pressure(final), pressed.points[:, 0]
+    order = np.argsort(x)
+    found[k] = {
+        "dofs": dofs,
+        "seconds": seconds,
+        "work_units": final.work_units,
+        "cycles": final.cycles,
+        "p0": p.max(),
+        "a": contact_half_width(x, p, final.status > 0).interpolated,
+        "pressure": (x[order], p[order]),
+        "energy": energy(problem, exact[k].displacement),
+        "norm": np.sqrt(exact[k].displacement.ravel() @ (problem.A @ exact[k].displacement.ravel())),
+        "residual": final.residual,
+        "sweeps": final.sweeps,
+        "candidates": problem.contact_nodes.size,
+    }
+    scene.result(f"cycles[dofs={dofs}]", final.cycles, "V(1,1)", 16, "V(2,2) cycles of an earlier prototype")
+    scene.result(f"seconds[dofs={dofs}]", seconds, "s")
+    if k <= 5:
+        scenes[k] = pressed
+
+# %% [markdown]
+# The mesh-converged values come from the two finest meshes (Richardson, energy and p0 of order 2 in h; a and the pressure from the finest).
+# Their distance to Hertz's closed form is the error of the half-space theory, not of the mesh.
+
+# %%
+finest, before = found[levels[-1]], found[levels[-2]]
+converged = {
+    "energy": finest["energy"] + (finest["energy"] - before["energy"]) / 3,
+    "p0": finest["p0"] + (finest["p0"] - before["p0"]) / 3,
+    "a": finest["a"],
+}
+scene.result("p0[mesh-converged]", converged["p0"], "MPa", hertz.p0, "Hertz, eq. (13)")
+scene.result("a[mesh-converged]", converged["a"], "mm", hertz.a, "Hertz, eq. (13)")
+
+
+def pressure_error(x, p, exact_x, exact_p):
+    """Relative distance in L2 along the road."""
+    fine = np.linspace(-1.2 * hertz.a, 1.2 * hertz.a, 4001)
+    true = np.interp(fine, exact_x, exact_p)
+    return np.linalg.norm(np.interp(fine, x, p) - true) / np.linalg.norm(true)
+
+
+errors = {"p0": {}, "a": {}, "pressure": {}, "energy": {}}
+units_to_accuracy = {}
+for k in levels:
+    f = found[k]
+    errors["energy"][k] = np.sqrt(2 * max(f["energy"] - converged["energy"], 0.0)) / f["norm"]
+    errors["p0"][k] = abs(f["p0"] / converged["p0"] - 1)
+    errors["a"][k] = abs(f["a"] / converged["a"] - 1)
+    errors["pressure"][k] = pressure_error(*f["pressure"], *finest["pressure"])
+    units_to_accuracy[k] = next(units for _, units, error in histories[k] if error < errors["energy"][k])
+    scene.result(f"work_units_to_discretisation_accuracy[dofs={f['dofs']}]", units_to_accuracy[k], "sweeps", 10, "Brandt")
+large = [k for k in levels if found[k]["dofs"] > 20_000]
+scene.result(
+    "work_units_to_discretisation_accuracy", max(units_to_accuracy[k] for k in large), "sweeps", 10, "Brandt; set-up apart"
+)
+scene.result("work_units_to_1e-8", max(found[k]["work_units"] for k in large), "sweeps, set-up included")
+growth = finest["seconds"] / finest["dofs"] / (found[4]["seconds"] / found[4]["dofs"])
+scene.result("seconds_per_dof_growth", growth, "1", 1.3, "wanted, at most")
+scene.result("peak_memory_per_dof", memory / finest["dofs"], "bytes")
+scene.result(
+    "cost_ratio_to_linear_solve",
+    max(found[k]["seconds"] / linear_seconds[k] for k in large if np.isfinite(linear_seconds[k])),
+    "1",
+    1.5,
+    "wanted, at most",
+)
+
+# %% [markdown]
+# ## The others, on the same matrices
+
+# %%
+start = {k: np.zeros(scenes[k].problem.b.shape) for k in scenes}
+for u in start.values():
+    u[:, 1] = -0.05  # PETSc and the penalty form need a first guess in contact; it costs them nothing
+
+others = {
+    "loop as printed": ([1] if scene.quick else [1, 2], lambda k: timed(scenes[k].problem, "none", 1e-8, 1, limit=20_000)[0]),
+    "direct": (range(1, 5 if scene.quick else 6), lambda k: timed(scenes[k].problem, "direct", 1e-10)[0]),
+    "algebraic": (range(1, 5 if scene.quick else 6), lambda k: timed(scenes[k].problem, "algebraic", 1e-8, 1)[0]),
+    "vinewtonrsls + MUMPS": (range(1, 5 if scene.quick else 6), lambda k: vinewtonrsls(scenes[k].problem, "mumps", start[k]).seconds),
+    "vinewtonrsls + CG/GAMG": (range(1, 4 if scene.quick else 6), lambda k: vinewtonrsls(scenes[k].problem, "gamg", start[k]).seconds),
+}
+seconds = {"multigrid": {k: found[k]["seconds"] for k in levels}}
+for name, (sizes, run) in scene.progress(others.items(), "other solvers"):
+    seconds[name] = {}
+    for k in sizes:
+        try:
+            seconds[name][k] = run(k)
+        except (NotConverged, RuntimeError) as error:
+            print(f"{name} on {found[k]['dofs']} unknowns: {error}")
+        else:
+            scene.result(f"seconds[{name}, dofs={found[k]['dofs']}]", seconds[name][k], "s")
+nearest = max(scenes)
+scene.result(
+    "speedup_over_vinewtonrsls_mumps", seconds["vinewtonrsls + MUMPS"][nearest] / found[nearest]["seconds"], "1", 10.0, "wanted, at least"
+)
+
+# %% [markdown]
+# The loop on the paper's 760 quadrilaterals, against the direct correction at the same algebraic error.
+
+# %%
+paper = cylinder(half_cylinder(R)).problem
+paper_exact = solve(paper, "direct", tolerance=1e-12, progress=False).displacement
+loop_seconds, loop = timed(paper, "none", 1e-2 if scene.quick else 1e-8, 1, limit=20_000)
+direct_seconds, direct = timed(paper, "direct", 1e-8, 5)
+scene.result("speedup_over_loop_760", loop_seconds / direct_seconds, "1", 1000.0, "wanted, at least")
+scene.result("algebraic_error[loop, 760]", algebraic_error(paper, loop.displacement, paper_exact), "1")
+scene.result("sweeps[loop, 760]", loop.sweeps, "1")
+
+# %% [markdown]
+# The penalty form: its error is set by its stiffness, and shows as penetration.
+
+# %%
+k = 3
+problem, body = scenes[k].problem, scenes[k].elasticity.body
+load = scenes[k].elasticity.total_force("top", (0.0, -P))
+held = np.array([2 * body.nearest_node((0.0, R))])
+penalised = {}
+for stiffness in (1e2 * E / R, 1e4 * E / R, 1e6 * E / R):
+    answer = penalty(scenes[k].elasticity, load, "arc", stiffness, held, start[k])
+    depth = -(body.coordinates + answer.displacement)[scenes[k].nodes, 1].min()
+    error = algebraic_error(problem, answer.displacement, exact[k].displacement)
+    penalised[stiffness] = (answer.seconds, error)
+    scene.result(f"penetration[penalty={stiffness * R / E:.0e} E/R]", depth, "mm", 0.0, "non-penetration, eq. (5)")
+    scene.result(f"algebraic_error[penalty={stiffness * R / E:.0e} E/R]", error, "1")
+    scene.result(f"newton_steps[penalty={stiffness * R / E:.0e} E/R]", answer.steps, "1")
+
+# %% [markdown]
+# ## With friction: mu = 0.5, ten load steps
+#
+# Error against the finest mesh of this part; all corrections follow the same path.
+
+# %%
+paths = {"none": [1], "direct": range(1, 4 if scene.quick else 6), "multigrid": range(1, 4 if scene.quick else 7), "algebraic": range(1, 4 if scene.quick else 5)}
+peak, friction_seconds, steps = {}, {name: {} for name in paths}, 2 if scene.quick else 10
+for k in scene.progress(paths["multigrid"], "with friction"):
+    rubbing = cylinder(half_cylinder_nested(R), k, friction=mu)
+    for name in (name for name in paths if k in paths[name]):
+        began = perf_counter()
+        solver = ContactSolver(rubbing.problem, name, progress=False)
+        path = list(follow(solver, [rubbing.problem.b * (s / steps) for s in range(1, steps + 1)], tolerance=1e-8))
+        friction_seconds[name][k] = perf_counter() - began
+        if name == "multigrid":
+            peak[k] = rubbing.pressure(path[-1]).max()
+            dofs = rubbing.problem.b.size
+            scene.result(f"cycles_per_step[mu=0.5, dofs={dofs}]", max(s.cycles for s in path), "V(1,1)")
+        scene.result(f"seconds[mu=0.5, {name}, dofs={rubbing.problem.b.size}]", friction_seconds[name][k], "s")
+peak_error = {k: abs(peak[k] / peak[max(peak)] - 1) for k in peak if k < max(peak)}
+
+# %% [markdown]
+# ## Figures
+
+# %%
+k = 3 if scene.quick else 5
+curves = {"multigrid": ([h[0] for h in histories[k]], [h[2] for h in histories[k]])}
+for name in seconds:
+    if name != "multigrid" and k in seconds[name]:
+        curves[name] = ([seconds[name][k]], [1e-8])
+if k == 3:
+    curves["penalty form"] = tuple(zip(*penalised.values(), strict=True))
+figure = convergence_figure(
+    {name: np.array(c[0]) for name, c in curves.items()},
+    {name: np.maximum(c[1], 1e-14) for name, c in curves.items()},
+    f"seconds, set-up included ({found[k]['dofs']} unknowns)",
+    "algebraic error (energy norm, relative)",
+    floors={"discretisation error": errors["energy"][k]},
+)
+scene.figure(figure, "algebraic_error")
+
+labels = {"p0": "peak pressure", "a": "half width", "pressure": "pressure (L2)", "energy": "displacement (energy norm)"}
+sizes = [k for k in levels if k < levels[-1]]
+for name in ("multigrid", "direct", "vinewtonrsls + MUMPS"):
+    common = [k for k in sizes if k in seconds[name]]
+    figure = convergence_figure(
+        np.array([seconds[name][k] for k in common]),
+        {labels[e]: np.maximum([errors[e][k] for k in common], 1e-7) for e in errors},
+        f"seconds, {name}",
+        "error against the mesh-converged solution (relative)",
+        floors={"Hertz's half-space theory, p0": abs(hertz.p0 / converged["p0"] - 1)},
+    )
+    scene.figure(figure, f"discretisation_error_{name.split(' ')[0]}")
+every = {name: [k for k in levels if k in seconds[name]] for name in seconds}
+figure = convergence_figure(
+    {name: np.array([found[k]["dofs"] for k in ks]) for name, ks in every.items()},
+    {name: np.array([1e6 * seconds[name][k] / found[k]["dofs"] for k in ks]) for name, ks in every.items()},
+    "unknowns",
+    "microseconds per unknown, to 1e-8",
+)
+scene.figure(figure, "seconds_per_unknown")
+figure = convergence_figure(
+    np.array([found[k]["dofs"] for k in levels]),
+    {"V(1,1) cycles to 1e-8": np.array([found[k]["cycles"] for k in levels]), "work units to discretisation accuracy": np.array([units_to_accuracy[k] for k in levels])},
+    "unknowns",
+    "multigrid",
+)
+scene.figure(figure, "cycles")
+figure = convergence_figure(
+    {name: np.array([friction_seconds[name][k] for k in peak_error if k in friction_seconds[name]]) for name in paths},
+    {name: np.array([peak_error[k] for k in peak_error if k in friction_seconds[name]]) for name in paths},
+    f"seconds, {steps} load steps, mu = 0.5",
+    "error of p0 against the finest mesh",
+)
+scene.figure(figure, "friction")
+
+# %%
+last = max(scenes)
+scenes[last].problem.save(scene.out / "problem.npz", exact[last])
+scenes[last].write(scene.out / "hertz.xdmf", exact[last])
+scene.cost(
+    dofs=finest["dofs"],
+    contact_candidates=finest["candidates"],
+    sweeps=finest["sweeps"],
+    cycles=finest["cycles"],
+    work_units=finest["work_units"],
+    assembly_seconds=assembly_seconds,
+    solve_seconds=finest["seconds"],
+    residual=finest["residual"],
+)
+scene.finish()
