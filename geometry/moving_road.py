@@ -1,0 +1,66 @@
+"""Roads made from other roads: moving with a velocity, or a profile drawn out sideways."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geometry.road import Road
+
+
+class ShiftedRoad:
+    """Another road, translated by `shift`."""
+
+    def __init__(self, road: Road, shift: Sequence[float]):
+        self.road, self.shift = road, _finite("shift", shift)
+
+    def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
+        gap, normal, foot = self.road.closest(np.asarray(points, dtype=float) - self.shift)
+        return gap, normal, foot + self.shift
+
+
+class MovingRoad:
+    """A road that translates with a constant velocity, for sliding.
+
+    Parameters
+    ----------
+    road : where it is at time 0
+    velocity : dim components, length per time
+
+    A node that sticks moves with the road: let its sticking position (`tangential_reference`) grow by
+    `displacement(t)` from step to step.
+    """
+
+    def __init__(self, road: Road, velocity: Sequence[float]):
+        self.road, self.velocity = road, _finite("velocity", velocity)
+
+    def displacement(self, time: float) -> np.ndarray:
+        """Return how far (dim,) the road has moved by `time`."""
+        return self.velocity * time
+
+    def at(self, time: float) -> ShiftedRoad:
+        """Return the road where it is at `time`."""
+        return ShiftedRoad(self.road, self.displacement(time))
+
+
+class ExtrudedRoad:
+    """A road of the plane (x, height), the same for every y: a road for bodies in 3-D."""
+
+    def __init__(self, road: Road):
+        self.road = road
+
+    def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return gap (n,), normal (n, 3) and closest point (n, 3) for points (n, 3)."""
+        points = np.asarray(points, dtype=float)
+        gap, in_plane, foot = self.road.closest(points[:, [0, 2]])
+        normal = np.insert(in_plane, 1, 0.0, axis=1)
+        return gap, normal, np.insert(foot, 1, points[:, 1], axis=1)
+
+
+def _finite(name: str, vector: Sequence[float]) -> np.ndarray:
+    value = np.asarray(vector, dtype=float)
+    if value.shape not in ((2,), (3,)) or not np.isfinite(value).all():
+        raise ValueError(f"The road's {name} is {vector}; it must be 2 or 3 finite numbers.")
+    return value
