@@ -221,6 +221,12 @@ class Multigrid:
         u += damping * self.x
         place_and_stick(loop, u, status)
 
+    def turn(self) -> None:
+        """Follow the loop's new normals: what is held must be held anew."""
+        self.status[self.held] = -1
+        if self.coarser is not None:
+            self.coarser.turn(self.loop)
+
     def _truncate(self, status: np.ndarray) -> bool:
         """Hold the nodes as `status` says; True if that changed anything."""
         changed = np.flatnonzero(status != self.status)
@@ -342,6 +348,11 @@ class CoarserMesh:
         self.multigrid = Multigrid(loop, levels[1:], CoarserMesh(loop, levels[1:], weights[1:]) if len(weights) > 1 else None)
         self.weights = at_candidates[:, nodes]
         self.between = np.abs(self.weights.sum(axis=1) - 1.0) < 1e-9  # fine candidates whose parents are all candidates
+
+    def turn(self, fine: NodeLoop) -> None:
+        """Follow the new normals of the finer mesh."""
+        self.multigrid.loop.turn(fine.frame[self.copies, 0])
+        self.multigrid.turn()
 
     def first_guess(self, fine: NodeLoop, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Correct u (N, d) and status (n,) of the fine mesh by the coarser solution."""

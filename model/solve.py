@@ -81,6 +81,9 @@ class Relaxation:
             self.loop.sweep(u, status, count)
             count = min(2 * count, 100)
 
+    def turn(self) -> None:
+        """Follow the loop's new normals: there is nothing to follow."""
+
 
 class ContactSolver:
     """Solves one contact problem for any sequence of loads, gaps and stick positions, keeping what can be kept.
@@ -120,6 +123,7 @@ class ContactSolver:
         self.setup_seconds = perf_counter() - began
         self._unpaid = self.setup_seconds
         self.u = np.zeros((N, problem.dim))
+        self.gap = problem.gap
         self.state = np.zeros(problem.contact_nodes.size)
 
     def _make(self, correction: str) -> Any:
@@ -137,6 +141,12 @@ class ContactSolver:
         if correction == "algebraic":
             return algebraic(problem.A, loop, problem.coordinates)
         return Condensation(problem.A, loop, self.holding)
+
+    def turn(self, normal: np.ndarray, gap: np.ndarray) -> None:
+        """Give every candidate a new plane: its unit normal (n, d), and its distance (n,) at zero displacement, of any sign."""
+        self.loop.turn(normal)
+        self.gap = np.asarray(gap, dtype=np.float64)
+        self.correction.turn()
 
     def solve(
         self,
@@ -180,7 +190,7 @@ class ContactSolver:
         began = perf_counter()
         problem, loop = self.problem, self.loop
         b = problem.b if b is None else b
-        gap = problem.gap if gap is None else problem.checked_gap(gap)
+        gap = self.gap if gap is None else problem.checked_gap(gap)
         reference = problem.tangential_reference if tangential_reference is None else tangential_reference
         loop.slip_rate = slip_rate
         loop.aim(b, gap, reference, self.state)
