@@ -31,7 +31,7 @@ class BodyOnRoad:
     road : geometry.Road
         Its `closest` gives gap, normal and nearest point.
     boundary : str
-        Boundary of the body that may touch.
+        Boundary of the body that may touch; nodes that a platen shares with it move with the platen and are left out.
     friction : FrictionLaw, float or None
         A law, Coulomb's coefficient, or None for a frictionless road.
     reach : float, optional
@@ -64,6 +64,8 @@ class BodyOnRoad:
     ):
         body = elasticity.body
         nodes = body.nodes(boundary)
+        tied = np.bincount(system.node_of)[system.node_of[nodes]] > 1
+        nodes = nodes[~tied]
         gap, normal, _ = road.closest(body.coordinates[nodes])
         near = np.full(nodes.size, True) if reach is None else gap <= reach
         if not near.any():

@@ -1,0 +1,158 @@
+"""Multigrid: mesh independence, agreement with the other corrections, and its parts against what they stand for."""
+
+import numpy as np
+import pytest
+
+from forms import Anisotropic, Elasticity, Isotropic, Support
+from geometry import Body, Plane, box, half_cylinder_nested, rectangle
+from model import ContactSolver, NotConverged, follow, solve
+from model.algebraic import algebraic
+from model.blocks import block_matrix, defect, diagonal_positions, gauss_seidel, generalised_inverses, sweep_from_zero
+from model.body_on_road import BodyOnRoad
+from model.hierarchy import Level, coarsen, nodal_prolongation
+from model.loop import NodeLoop
+from model.multigrid import Cycle
+
+
+def cylinder(refinements, friction=None, platen=True):
+    body = Body.from_grid(half_cylinder_nested(10.0), refinements)
+    elasticity = Elasticity(body, Isotropic(210e3, 0.3))
+    support = Support(body)
+    if platen:
+        support.platen("top").fix("top", x=0.0)
+    else:
+        support.fix_node(body.nearest_node((0.0, 10.0)), x=0.0)
+    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
+    return BodyOnRoad(elasticity, system, Plane(), "arc", friction).problem
+
+
+def block_on_tilted_road(friction):
+    """An anisotropic block, drawn to a tilted road from one side: like none of the demos."""
+    body = Body.from_grid(rectangle(1.0, 1.0, 4, 3), 2)
+    stiff = np.array([[5.0, 1.0, 0.3], [1.0, 2.0, 0.1], [0.3, 0.1, 1.5]])
+    elasticity = Elasticity(body, Anisotropic(stiff), "plane strain")
+    support = Support(body).fix("top", x=0.01, y=-0.1)
+    system = support.apply(elasticity.stiffness(), elasticity.body_force((0.05, -0.4)))
+    return BodyOnRoad(elasticity, system, Plane((0.0, -0.31), (-0.3, 1.0)), "bottom", friction).problem
+
+
+@pytest.mark.parametrize("platen", [True, False])
+def test_cycles_do_not_depend_on_the_mesh(platen):
+    cycles = [solve(cylinder(k, platen=platen), "multigrid", tolerance=1e-8).cycles for k in (2, 3, 4)]
+    assert max(cycles) <= 16
+    assert max(cycles) - min(cycles) <= 2
+
+
+def test_cycles_with_friction_stay_within_twice_those_without():
+    for k in (2, 3):
+        without = solve(cylinder(k), "multigrid", tolerance=1e-8).cycles
+        problem = cylinder(k, friction=0.5)
+        solver = ContactSolver(problem, "multigrid")
+        path = list(follow(solver, [problem.b * s / 5 for s in range(1, 6)], tolerance=1e-8))
+        assert np.mean([step.cycles for step in path]) <= 2 * without
+
+
+@pytest.mark.parametrize("friction", [None, 0.2])
+@pytest.mark.parametrize("correction", ["none", "multigrid", "algebraic"])
+def test_corrections_agree(correction, friction):
+    problem = block_on_tilted_road(friction)
+    exact = solve(problem, "direct", tolerance=1e-12)
+    other = solve(problem, correction, tolerance=1e-12)
+    size = np.abs(exact.displacement).max()
+    assert np.abs(other.displacement - exact.displacement).max() < 1e-8 * size
+    assert np.abs(other.contact_force - exact.contact_force).max() < 1e-8 * np.abs(exact.contact_force).max()
+    assert 0 < np.sum(exact.status > 0) < exact.status.size
+    assert other.gap.min() >= 0.0
+    assert other.pressure_force.min() >= 0.0
+
+
+def test_multigrid_in_three_dimensions():
+    body = Body.from_grid(box(1.0, 1.0, 1.0, 2, 2, 2), 2)
+    elasticity = Elasticity(body, Isotropic(1.0, 0.3))
+    load = elasticity.total_force("top", (0.02, 0.01, -0.1))
+    system = Support(body).platen("top").apply(elasticity.stiffness(), load)
+    problem = BodyOnRoad(elasticity, system, Plane((0, 0, 0), (0, 0, 1)), "bottom", 0.5).problem
+    exact = solve(problem, "direct", tolerance=1e-11)
+    other = solve(problem, "multigrid", tolerance=1e-11)
+    assert np.abs(other.displacement - exact.displacement).max() < 1e-8 * np.abs(exact.displacement).max()
+
+
+def test_repaired_coarse_matrices_equal_new_ones():
+    problem = cylinder(2)
+    d, N = 2, problem.coordinates.shape[0]
+    loop = NodeLoop(block_matrix(problem.A), problem.contact_nodes, problem.normal, None)
+
+    def levels(T):
+        finest = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
+        for k, weights in enumerate(problem.prolongations):
+            P = nodal_prolongation(weights, d)
+            if k == 0:
+                rows = np.repeat(np.arange(N), np.diff(weights.indptr))
+                P.data[:] = T[rows] @ P.data
+            finest.append(coarsen(finest[-1], P, weights.shape[1]))
+        return finest
+
+    T = np.tile(np.eye(d), (N, 1, 1))
+    cycle = Cycle(levels(T))
+    held = problem.contact_nodes[:7]
+    T[held] = np.diag([1.0, 0.0])
+    cycle.truncate(held, loop.diagonal[held], T[held])
+    for repaired, new in zip(cycle.levels[1:], levels(T)[1:], strict=True):
+        assert np.allclose(repaired.A.data, new.A.data, rtol=0, atol=1e-12 * np.abs(new.A.data).max())
+
+
+def test_cycle_is_symmetric_and_positive():
+    problem = cylinder(2)
+    solver = ContactSolver(problem, "multigrid")
+    rng = np.random.default_rng(1)
+    x, y = rng.normal(size=(2, *problem.b.shape))
+    x[solver.loop.lone] = y[solver.loop.lone] = 0.0
+    cycle = solver.correction.cycle
+    Mx, My = cycle(x).copy(), cycle(y).copy()
+    assert np.sum(Mx * y) == pytest.approx(np.sum(My * x), rel=1e-9)
+    assert np.sum(Mx * x) > 0.0
+
+
+@pytest.mark.parametrize("size", [2, 3, 6])
+def test_sweep_from_zero_is_a_sweep_and_a_defect(size):
+    from scipy.sparse import bsr_array, random_array
+
+    rng = np.random.default_rng(2)
+    n = 20
+    M = random_array((n * size, n * size), density=0.2, rng=rng).toarray()
+    full = bsr_array(M + M.T + 9 * np.eye(n * size), blocksize=(size, size))
+    full.sort_indices()
+    A = block_matrix(full)
+    diagonal = np.stack([A.data[k] for k in diagonal_positions(A)])
+    inverse = np.empty_like(diagonal)
+    generalised_inverses(diagonal, np.arange(n), inverse)
+    r = rng.normal(size=(n, size))
+    z, rest, other, left = (np.zeros((n, size)) for _ in range(4))
+    sweep_from_zero(size)(A, diagonal_positions(A), inverse, r, z, rest)
+    gauss_seidel(size)(A, inverse, r, other, np.arange(n, dtype=np.uint32))
+    defect(size)(A, r, other, left)
+    assert np.allclose(z, other, rtol=0, atol=1e-13)
+    assert np.allclose(rest, left, rtol=0, atol=1e-12)
+
+
+def test_algebraic_coarse_spaces_hold_rigid_motions():
+    problem = cylinder(3)
+    loop = NodeLoop(block_matrix(problem.A), problem.contact_nodes, problem.normal, None)
+    multigrid = algebraic(problem.A, loop, problem.coordinates)
+    assert len(multigrid.cycle.levels) >= 2
+    assert multigrid.cycle.levels[1].A.data.shape[1] == 3  # two translations and a rotation an aggregate
+
+
+def test_a_limit_on_the_work_is_an_error_with_its_history():
+    with pytest.raises(NotConverged, match="sweeps") as caught:
+        solve(cylinder(2), "none", tolerance=1e-10, limit=20)
+    assert caught.value.history.size >= 20
+    assert caught.value.residual > 1e-10
+    assert caught.value.sweeps > 0
+
+
+def test_multigrid_without_nested_meshes_is_refused():
+    problem = block_on_tilted_road(None)
+    problem.prolongations = ()
+    with pytest.raises(ValueError, match="prolongations"):
+        solve(problem, "multigrid")
