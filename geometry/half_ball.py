@@ -1,8 +1,9 @@
 """The lower half of a ball lying on the road z = 0: a block mesh of hexahedra, made for uniform refinement.
 
-As in the plane (half_cylinder.py), the half ball is a conformal image of the upper half of the unit ball, by the same map in every
-plane through the axis: it takes the disc s_z = 0 to the sphere, s = 0 to its lowest point and the unit hemisphere to the flat face, so
-that what is orthogonal and well shaped around s = 0 is so around the contact.
+As in the plane (half_cylinder.py), the half ball is a conformal image of the upper half of the unit ball,
+by the same map in every plane through the axis: it takes the disc s_z = 0 to the sphere, s = 0 to its
+lowest point and the unit hemisphere to the flat face, so that what is orthogonal and well shaped around s
+= 0 is so around the contact.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from geometry.grid import Grid, exterior_facets, number_rows
 
 HALF = 2  # cells along half a side of the inner block
 SHELL_GROWTH = 1.65  # each shell is about so many times larger than the one within
-ROUNDING = 0.5  # of the inner block: 0 for a cube, 1 for a ball; 0.5 makes angles of 120 degrees along its edges
+ROUNDING = (
+    0.5  # of the inner block: 0 for a cube, 1 for a ball; 0.5 makes angles of 120 degrees along its edges
+)
 PARTS = {"quarter": (0, 0), "half": (-HALF, 0), "whole": (-HALF, -HALF)}  # lowest i and j of the lattice
 
 
@@ -23,21 +26,24 @@ def half_ball(
 ) -> Grid:
     """Block mesh of hexahedra for the lower half of a ball, refined so many times.
 
-    A rounded block of 4 x 4 x 2 hexahedra at the lowest point (0, 0, 0) lies within shells of 48, each SHELL_GROWTH times larger than
-    the one before; the last ends on the flat face. With the default width the whole has 320 hexahedra. No hexahedron has two faces on
-    the sphere. For multigrid give the coarse grid to `Body.from_grid(grid, refinements)`, which keeps the transfers.
+    A rounded block of 4 x 4 x 2 hexahedra at the lowest point (0, 0, 0) lies within shells of 48, each
+    SHELL_GROWTH times larger than the one before; the last ends on the flat face. With the default width
+    the whole has 320 hexahedra. No hexahedron has two faces on the sphere. For multigrid give the coarse
+    grid to `Body.from_grid(grid, refinements)`, which keeps the transfers.
 
     Parameters
     ----------
     radius : of the ball; its centre is (0, 0, radius)
     part : "whole", "half" (y >= 0) or "quarter" (x >= 0 and y >= 0)
     refinements : how many times to halve every edge; new nodes of the sphere lie on it exactly
-    inner_half_width : arc length from the lowest point to the middle of the inner block's side, best a little more than the radius of
+    inner_half_width : arc length from the lowest point to the middle of the inner block's side, best a
+        little more than the radius of
         the contact; default 0.1 radius. A smaller one makes more shells.
 
     Returns
     -------
-    Grid with the boundaries "sphere", "top" (the flat face, z = radius) and, where it is cut, "x0" (x = 0) and "y0" (y = 0)
+    Grid with the boundaries "sphere", "top" (the flat face, z = radius) and, where it is cut, "x0" (x =
+    0) and "y0" (y = 0)
 
     Raises
     ------
@@ -74,12 +80,16 @@ def half_ball(
 
 
 def _cells(low: tuple[int, int], shells: int) -> np.ndarray:
-    """Vertices of all hexahedra as (n, 8, 4): shell (0: the block) and place i, j, k on the lattice of the block."""
+    """Vertices (n, 8, 4) of all hexahedra: shell (0: the block), and place i, j, k on the block's lattice."""
     i, j, k = (np.arange(start, HALF) for start in (*low, 0))
     block = _boxes(i, j, k)
     cells = [np.concatenate([np.zeros((*block.shape[:2], 1), dtype=int), block], axis=2)]
     end = np.array([HALF])
-    faces = [_boxes(j, k, end)[:, :4, [2, 0, 1]], _boxes(k, i, end)[:, :4, [1, 2, 0]], _boxes(i, j, end)[:, :4]]
+    faces = [
+        _boxes(j, k, end)[:, :4, [2, 0, 1]],
+        _boxes(k, i, end)[:, :4, [1, 2, 0]],
+        _boxes(i, j, end)[:, :4],
+    ]
     if low[0] < 0:
         faces.append(_boxes(k, j, -end)[:, :4, [2, 1, 0]])
     if low[1] < 0:
@@ -92,7 +102,7 @@ def _cells(low: tuple[int, int], shells: int) -> np.ndarray:
 
 
 def _boxes(*axes: np.ndarray) -> np.ndarray:
-    """Vertices (n, 8, 3) of the unit boxes whose lowest corners lie on the lattice of `axes`, first axis fastest."""
+    """Vertices (n, 8, 3), first axis fastest, of unit boxes with lowest corners on the lattice of `axes`."""
     lowest = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 1, 3)
     return lowest + (np.arange(8)[:, None] >> np.arange(3) & 1)
 
@@ -109,7 +119,7 @@ def _positions(node: np.ndarray, size: np.ndarray) -> np.ndarray:
 
 
 def _from_unit_ball(s: np.ndarray, radius: float) -> np.ndarray:
-    """Map the upper half of the unit ball to the half ball: in planes through the axis, z = 2 R s / (1 - i s)."""
+    """Map the upper half of the unit ball: in planes through the axis, z = 2 R s / (1 - i s)."""
     across = np.sum(s[:, :2] ** 2, axis=1)
     up = s[:, 2]
     stretch = 2 * radius / ((1 + up) ** 2 + across)

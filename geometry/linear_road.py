@@ -1,11 +1,12 @@
 """Roads through samples of their height: straight from sample to sample, corners and all.
 
-At the corners. The point of a road nearest to a node above a peak is the peak, for a whole wedge of nodes; nearest to a node
-*below* a hollow it is the deepest point, for a whole wedge too. There the normal points from the nearest point to the node or back,
-and turns steadily from the one slope's to the other's. A node that lies on a corner to within rounding gets the mean of the normals
-of the slopes that meet there. `model.curved_road` looks at the road from a little below each node that touches, so that it finds the
-force on a node in a hollow within the wedge that both slopes can give. As everywhere, nodes are kept above the road and nothing else: a
-peak between two nodes enters the body.
+At the corners. The point of a road nearest to a node above a peak is the peak, for a whole wedge of
+nodes; nearest to a node *below* a hollow it is the deepest point, for a whole wedge too. There the normal
+points from the nearest point to the node or back, and turns steadily from the one slope's to the other's.
+A node that lies on a corner to within rounding gets the mean of the normals of the slopes that meet
+there. `model.curved_road` looks at the road from a little below each node that touches, so that it finds
+the force on a node in a hollow within the wedge that both slopes can give. As everywhere, nodes are kept
+above the road and nothing else: a peak between two nodes enters the body.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ class LinearRoad:
     Raises
     ------
     ValueError
-        for samples that are not finite, that share a position, or that are too few or in a line; the sentence names the first.
+        for samples that are not finite, that share a position, or that are too few or in a line; the
+        sentence names the first.
     """
 
     def __init__(self, positions: np.ndarray, heights: np.ndarray):
@@ -64,17 +66,17 @@ class LinearRoad:
 
 
 class Bins(NamedTuple):
-    """Facets sorted by the squares of a grid over (x, y) that their outlines meet: those of square k are facets[start[k]:start[k + 1]]."""
+    """Facets by the squares of a grid over (x, y): those of square k are facets[start[k]:start[k + 1]]."""
 
     low: np.ndarray
     size: np.ndarray
-    count: np.ndarray
+    squares: np.ndarray
     start: np.ndarray
     facets: np.ndarray
 
 
 class Surface(NamedTuple):
-    """What the search needs: vertices (m, dim), facets (f, dim), their unit normals (f, dim), bins, and what counts as nothing."""
+    """What the search needs: vertices (m, dim), facets and their unit normals (f, dim), bins, and zero."""
 
     points: np.ndarray
     facets: np.ndarray
@@ -84,12 +86,13 @@ class Surface(NamedTuple):
 
 
 def checked_samples(positions: np.ndarray, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (m, dim - 1) and heights (m,) as floats, or raise the ValueError that says what is wrong with them."""
+    """Return positions (m, dim - 1) and heights (m,), or raise the ValueError that says what is wrong."""
     positions, heights = np.asarray(positions, dtype=float), np.asarray(heights, dtype=float).ravel()
     positions = positions[:, None] if positions.ndim == 1 else positions
     if positions.ndim != 2 or positions.shape[1] not in (1, 2) or len(positions) != len(heights):
         raise ValueError(
-            f"The road's positions have shape {positions.shape} and its heights {heights.shape}; (m,) or (m, 2) and (m,) are needed."
+            f"The road's positions have shape {positions.shape} and its heights {heights.shape}; "
+            "(m,) or (m, 2) and (m,) are needed."
         )
     if len(heights) < positions.shape[1] + 1:
         raise ValueError(f"The road has {len(heights)} samples; it needs {positions.shape[1] + 1} or more.")
@@ -97,14 +100,16 @@ def checked_samples(positions: np.ndarray, heights: np.ndarray) -> tuple[np.ndar
     if bad.any():
         first = int(np.argmax(bad))
         raise ValueError(
-            f"Sample {first} of the road, height {heights[first]} at {positions[first]}, is not finite; leave out such samples."
+            f"Sample {first} of the road, height {heights[first]} at {positions[first]}, is not finite; "
+            "leave out such samples."
         )
     order = np.lexsort(positions.T)
     same = np.flatnonzero((positions[order][1:] == positions[order][:-1]).all(axis=1))
     if same.size:
         one, other = sorted(order[same[0] : same[0] + 2])
         raise ValueError(
-            f"Samples {one} and {other} of the road are both at {positions[one]}; leave one out, for a height field has no steps."
+            f"Samples {one} and {other} of the road are both at {positions[one]}; leave one out, for "
+            "a road has one height at each position."
         )
     return positions, heights
 
@@ -113,11 +118,15 @@ def _triangles(positions: np.ndarray) -> np.ndarray:
     try:
         facets = np.ascontiguousarray(Delaunay(positions - positions.mean(axis=0)).simplices, dtype=np.int64)
     except QhullError:
-        raise ValueError(f"The {len(positions)} samples of the road lie in a line; a surface needs samples beside it.") from None
+        raise ValueError(
+            f"The {len(positions)} samples of the road lie in a line; a surface needs more."
+        ) from None
     corner = positions[facets]
     edges = np.roll(corner, -1, axis=1) - corner
     twice_area = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
-    flat = twice_area < 1e-9 * np.sum(edges**2, axis=2).max(axis=1)  # rounding makes such between samples in a line along the rim
+    flat = twice_area < 1e-9 * np.sum(edges**2, axis=2).max(
+        axis=1
+    )  # rounding makes such between samples in a line along the rim
     return facets[~flat]
 
 
@@ -141,11 +150,14 @@ def _sort_into_bins(points: np.ndarray, facets: np.ndarray) -> Bins:
     size = length / count
     corner = across[facets]
     first, last = (
-        np.clip(((end - low) / size).astype(np.int64), 0, count - 1) for end in (corner.min(axis=1), corner.max(axis=1))
+        np.clip(((end - low) / size).astype(np.int64), 0, count - 1)
+        for end in (corner.min(axis=1), corner.max(axis=1))
     )
     spans = last - first + 1
     owner = np.repeat(np.arange(len(facets)), spans.prod(axis=1))
-    place = np.arange(len(owner)) - np.repeat(np.cumsum(spans.prod(axis=1)) - spans.prod(axis=1), spans.prod(axis=1))
+    place = np.arange(len(owner)) - np.repeat(
+        np.cumsum(spans.prod(axis=1)) - spans.prod(axis=1), spans.prod(axis=1)
+    )
     i, j = first[owner, 0] + place // spans[owner, 1], first[owner, 1] + place % spans[owner, 1]
     square = i * count[1] + j
     start = np.concatenate([[0], np.cumsum(np.bincount(square, minlength=count.prod()))])
@@ -154,7 +166,7 @@ def _sort_into_bins(points: np.ndarray, facets: np.ndarray) -> Bins:
 
 @njit(cache=True, error_model="numpy")
 def nearest_on_chain(surface, points, gap, normal, foot):
-    """Fill gap (n,), normal (n, 2) and foot (n, 2): from the segment below each point outwards, as far as something nearer may lie."""
+    """Fill gap (n,), normal and foot (n, 2), from below each point as far as something may be nearer."""
     x = surface.points[:, 0]
     last = surface.facets.shape[0] - 1
     trial, mean, best = np.empty(2), np.empty(2), np.empty(2)
@@ -174,23 +186,26 @@ def nearest_on_chain(surface, points, gap, normal, foot):
 
 @njit(cache=True, error_model="numpy")
 def nearest_on_triangles(surface, points, gap, normal, foot):
-    """Fill gap (n,), normal (n, 3) and foot (n, 3): ring by ring of squares around each point, as far as something nearer may lie."""
+    """Fill gap (n,), normal and foot (n, 3), ring by ring of squares, as far as something may be nearer."""
     bins = surface.bins
     trial, mean, best = np.empty(3), np.empty(3), np.empty(2)
     visited = np.full(surface.facets.shape[0], -1)
     for n in range(points.shape[0]):
         p = points[n]
         best[0] = np.inf
-        i0 = min(max(int((p[0] - bins.low[0]) / bins.size[0]), 0), bins.count[0] - 1)
-        j0 = min(max(int((p[1] - bins.low[1]) / bins.size[1]), 0), bins.count[1] - 1)
+        i0 = min(max(int((p[0] - bins.low[0]) / bins.size[0]), 0), bins.squares[0] - 1)
+        j0 = min(max(int((p[1] - bins.low[1]) / bins.size[1]), 0), bins.squares[1] - 1)
         ring = 0
-        while ring <= max(bins.count[0], bins.count[1]) and (ring - 1) * min(bins.size[0], bins.size[1]) <= best[0]:
-            for i in range(max(i0 - ring, 0), min(i0 + ring, bins.count[0] - 1) + 1):
+        while (
+            ring <= max(bins.squares[0], bins.squares[1])
+            and (ring - 1) * min(bins.size[0], bins.size[1]) <= best[0]
+        ):
+            for i in range(max(i0 - ring, 0), min(i0 + ring, bins.squares[0] - 1) + 1):
                 on_side = abs(i - i0) == ring
                 for j in range(j0 - ring, j0 + ring + 1, 1 if on_side or ring == 0 else 2 * ring):
-                    if not 0 <= j < bins.count[1]:
+                    if not 0 <= j < bins.squares[1]:
                         continue
-                    square = i * bins.count[1] + j
+                    square = i * bins.squares[1] + j
                     for k in range(bins.start[square], bins.start[square + 1]):
                         f = bins.facets[k]
                         if visited[f] != n:
@@ -202,8 +217,9 @@ def nearest_on_triangles(surface, points, gap, normal, foot):
 
 @njit(cache=True, error_model="numpy")
 def consider(surface, f, p, trial, foot, mean, best):
-    """Keep facet `f` if it is the nearest to p so far: `best` holds distance and facet, `mean` the sum of the normals that meet at `foot`.
+    """Keep facet `f` if it is the nearest to p so far.
 
+    `best` holds distance and facet, `mean` the sum of the normals that meet at `foot`.
     Normals of triangles that meet at a corner count by their angles there, so that the sum tells above from
     below (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11, 2005).
     """
@@ -287,8 +303,15 @@ def closest_on_segment(a, b, p, foot):
 
 @njit(cache=True, error_model="numpy")
 def closest_on_triangle(a, b, c, p, foot):
-    """Write the point of the triangle a, b, c that is nearest to p (Ericson, Real-Time Collision Detection, 2005, section 5.1.5)."""
-    d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0  # of the edges ab and ac with the ways to p from a, from b, from c
+    """Write the point of a triangle nearest to p (Ericson, Real-Time Collision Detection, 2005, 5.1.5)."""
+    d1, d2, d3, d4, d5, d6 = (
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )  # of the edges ab and ac with the ways to p from a, from b, from c
     for k in range(3):
         ab, ac = b[k] - a[k], c[k] - a[k]
         d1 += ab * (p[k] - a[k])

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from geometry.road import Road
 
@@ -12,7 +11,7 @@ from geometry.road import Road
 class ShiftedRoad:
     """Another road, translated by `shift`."""
 
-    def __init__(self, road: Road, shift: Sequence[float]):
+    def __init__(self, road: Road, shift: ArrayLike):
         self.road, self.shift = road, _finite("shift", shift)
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -33,7 +32,7 @@ class MovingRoad:
     `displacement(t)` from step to step.
     """
 
-    def __init__(self, road: Road, velocity: Sequence[float]):
+    def __init__(self, road: Road, velocity: ArrayLike):
         self.road, self.velocity = road, _finite("velocity", velocity)
 
     def displacement(self, time: float) -> np.ndarray:
@@ -59,8 +58,8 @@ class ExtrudedRoad:
         return gap, normal, np.insert(foot, 1, points[:, 1], axis=1)
 
 
-def _finite(name: str, vector: Sequence[float]) -> np.ndarray:
+def _finite(name: str, vector: ArrayLike) -> np.ndarray:
     value = np.asarray(vector, dtype=float)
     if value.shape not in ((2,), (3,)) or not np.isfinite(value).all():
-        raise ValueError(f"The road's {name} is {vector}; it must be 2 or 3 finite numbers.")
+        raise ValueError(f"The road's {name} is {value}; it must be 2 or 3 finite numbers.")
     return value

@@ -13,13 +13,15 @@ KINDS = {2: "a position and a height", 3: "two positions and a height"}
 def read_samples(path: str | Path, clean: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Read the samples of a road: a position x, or positions x and y, and a height a line.
 
-    Numbers are separated by commas, semicolons, tabs or blanks; the spacing may be irregular and the order any. Empty lines, lines that
-    begin with #, and words in the first line are skipped. Scale them if need be, and give them to `LinearRoad` or `SmoothRoad.through`.
+    Numbers are separated by commas, semicolons, tabs or blanks; the spacing may be irregular and the
+    order any. Empty lines, lines that begin with #, and words in the first line are skipped. Scale them
+    if need be, and give them to `LinearRoad` or `SmoothRoad.through`.
 
     Parameters
     ----------
     path : of the file
-    clean : leave out samples without a height (NaN or nothing) and take the mean of those that share a position, and warn of
+    clean : leave out samples without a height (NaN or nothing) and take the mean of those that share a
+        position, and warn of
         it in one sentence, rather than refuse the file
 
     Returns
@@ -68,7 +70,9 @@ def _numbers(path: Path) -> tuple[list[list[float]], list[int]]:
                 first = False
                 continue
             wrong = next(word for word in words if not _is_number(word))
-            raise ValueError(f"{path}, line {number}: {wrong!r} is not a number; write decimals with a point.") from None
+            raise ValueError(
+                f"{path}, line {number}: {wrong!r} is not a number; write decimals with a point."
+            ) from None
         first = False
         expected = [len(rows[0])] if rows else list(KINDS)
         if len(row) not in expected:
@@ -94,8 +98,13 @@ def _with_heights(
         return samples, line
     first = line[np.argmax(missing)]
     if not clean:
-        raise ValueError(f"{path}, line {first}: the height is missing; fill it in, or read the file with clean=True to leave it out.")
-    warnings.warn(f"{path}: {missing.sum()} samples without a height were left out, the first on line {first}.", stacklevel=3)
+        raise ValueError(
+            f"{path}, line {first}: the height is missing; fill it in, or leave it out with clean=True."
+        )
+    warnings.warn(
+        f"{path}: {missing.sum()} samples without a height were left out, the first on line {first}.",
+        stacklevel=3,
+    )
     return samples[~missing], line[~missing]
 
 
@@ -109,11 +118,12 @@ def _at_one_place_each(path: str | Path, samples: np.ndarray, line: np.ndarray, 
     number = number.ravel()
     if not clean:
         raise ValueError(
-            f"{path}, line {line[again]}: the position is that of line {line[first[number[again]]]}; leave one out, or read the "
-            "file with clean=True to take the mean."
+            f"{path}, line {line[again]}: the position is that of line {line[first[number[again]]]}; "
+            "leave one out, or take the mean with clean=True."
         )
     warnings.warn(
-        f"{path}: {repeated.sum()} samples repeat a position, the first on line {line[again]}; their heights were averaged.",
+        f"{path}: {repeated.sum()} samples repeat a position, the first on line {line[again]}; "
+        "the mean of their heights was taken.",
         stacklevel=3,
     )
     heights = np.bincount(number, samples[:, -1]) / np.bincount(number)

@@ -30,15 +30,16 @@ class RoundRoad:
         plane = Plane(point, normal)
         if not (np.isfinite(radius) and radius != 0):
             raise ValueError(
-                f"The road's radius is {radius}; it must be a finite number, positive for a hill, negative for a hollow."
+                f"The road's radius is {radius}; positive makes a hill, negative a hollow, and zero nothing."
             )
         self.point, self.normal, self.radius = plane.point, plane.normal, float(radius)
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim).
 
-        Gaps are right to the last digits for any radius: (|x - c|^2 - R^2) / (|x - c| + |R|), the numerator taken from `point`.
-        At the centre, from which all of the road is equally far, the closest point is `point`.
+        Gaps are right to the last digits for any radius: (|x - c|^2 - R^2) / (|x - c| + |R|), the
+        numerator taken from `point`. At the centre, from which all of the road is equally far, the
+        closest point is `point`.
         """
         offset = np.asarray(points, dtype=float) - self.point
         from_centre = offset + self.radius * self.normal

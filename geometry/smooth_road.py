@@ -1,4 +1,4 @@
-"""Roads without corners: the height is a smooth function of position, the user's own or one drawn through samples."""
+"""Roads without corners: the height is a smooth function, the user's own or drawn through samples."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ SHORTER = 1e-5  # and of the slope
 class SmoothRoad:
     """The road z = height(x), or z = height(x, y).
 
-    The nearest point is sought by Newton's method from the nearest point of the chain (or the triangles) through
-    the given positions, each step shortened until it comes nearer. Beyond the positions a profile goes on flat;
-    let those of a surface reach beyond the body.
+    The nearest point is sought by Newton's method from the nearest point of the chain (or the triangles)
+    through the given positions, each step shortened until it comes nearer. Beyond the positions a profile
+    goes on flat; let those of a surface reach beyond the body.
 
     Parameters
     ----------
     height : function of arrays x (n,), or x and y, that returns heights (n,)
     positions : (m,) or (m, 2), dense enough to show every hill and hollow
-    slope : function likewise that returns the derivative (n,), or a pair of them; default difference quotients of fourth order
+    slope : function likewise that returns the derivative (n,), or a pair of them; default difference
+        quotients of fourth order
 
     Raises
     ------
@@ -45,7 +46,7 @@ class SmoothRoad:
 
     @classmethod
     def through(cls, positions: np.ndarray, heights: np.ndarray) -> SmoothRoad:
-        """Draw a smooth road through samples: Akima's curve for a profile, which does not overshoot much, or cubic splines on a grid.
+        """Draw a smooth road through samples: for a profile Akima's curve, on a grid cubic splines.
 
         Parameters
         ----------
@@ -66,8 +67,8 @@ class SmoothRoad:
         x, y = np.unique(positions[:, 0]), np.unique(positions[:, 1])
         if len(x) * len(y) != len(positions):
             raise ValueError(
-                f"The {len(positions)} samples lie on {len(x)} lines across x and {len(y)} across y, but not at all of their "
-                "crossings; use LinearRoad for scattered samples."
+                f"The {len(positions)} samples lie at {len(x)} different x and {len(y)} different y, not at "
+                "all crossings; use LinearRoad for scattered samples."
             )
         grid = heights.reshape(len(x), len(y))
         surface = RectBivariateSpline(x, y, grid, kx=min(3, len(x) - 1), ky=min(3, len(y) - 1))
@@ -99,7 +100,9 @@ class SmoothRoad:
         for _ in range(STEPS):
             step = self._step(place[todo], points[todo])
             place[todo] += step
-            todo = todo[np.abs(step).max(axis=1) > 1e-15 * (self._spacing + np.abs(place[todo]).max(axis=1))]
+            todo = todo[
+                np.abs(step).max(axis=1) > 1e-12 * self._spacing + 4e-16 * np.abs(place[todo]).max(axis=1)
+            ]
             if todo.size == 0:
                 break
         foot = np.column_stack([place, self.height(place)])
@@ -120,7 +123,11 @@ class SmoothRoad:
         gauss = np.eye(place.shape[1]) + slope[:, :, None] * slope[:, None, :]
         step_size = SHORTER * self._spacing
         curvature = np.stack(
-            [_differences(lambda p, a=a: self.slope(p)[:, a], place, step_size) for a in range(place.shape[1])], axis=1
+            [
+                _differences(lambda p, a=a: self.slope(p)[:, a], place, step_size)
+                for a in range(place.shape[1])
+            ],
+            axis=1,
         )
         newton = gauss + below[:, None, None] * (curvature + curvature.transpose(0, 2, 1)) / 2
         convex = np.linalg.eigvalsh(newton)[:, 0] > 0.1

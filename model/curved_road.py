@@ -1,0 +1,167 @@
+"""Contact with a road that is not flat: the same loop, on planes that follow the nodes along the road.
+
+Each round solves the contact problem with these planes, and then lays them anew where the nodes have come
+to be; it ends when every node that touches lies on the road itself and its force is along the road's
+normal there. The planes touch the road, so the distance left falls with the square of the last move.
+
+The force on a node turns as the node moves along the road, which its plane does not know. Where the road
+is hollow the node therefore goes too far, and back, and so on for ever in a corner. So the road is looked
+at from a little below each node that touches, by as much as its force would move it: seen from there a
+hollow is less curved, by just what the turning force moves the node back, and the deepest point of a
+corner is nearest to a whole wedge of nodes, with all the normals between those of its two slopes. (In
+convex optimisation this is the projection x = P(x - f / k), k being the stiffness that the node feels.)
+On a hill the same would do harm, so of the two looks, from the node and from below it, the one counts
+that turns the normal less.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from .contact_loop import FREE
+from .record import NotConverged, Record
+from .solve import ContactSolver, Solution
+
+ON_ROAD = 1e-12  # of the body's size: a node so near to the road is on it
+ROUNDS = 200
+
+
+class CurvedContact:
+    """A contact problem on a curved road.
+
+    >>> pressed = BodyOnRoad(elasticity, system, road, "arc")  # doctest: +SKIP
+    >>> solution = CurvedContact(ContactSolver(pressed.problem), pressed.points).solve(road)  # doctest: +SKIP
+
+    Parameters
+    ----------
+    solver : ContactSolver
+        Of the problem with the road's normals and gaps at the start; what it keeps serves all rounds and
+        loads.
+    points : (n, d)
+        Positions of the candidates at zero displacement.
+
+    Attributes
+    ----------
+    normal, foot : (n, d)
+        Normals and nearest points of the road at the last solution.
+    distances : list of float
+        After each round of the last solution, how far nodes that touched were from the road, or others
+        below it.
+    """
+
+    def __init__(self, solver: ContactSolver, points: np.ndarray):
+        self.solver, self.points = solver, np.asarray(points, dtype=np.float64)
+        self.size = float(np.ptp(solver.problem.coordinates, axis=0).max())
+        self.normal = solver.problem.normal
+        self.foot = self.points - solver.problem.gap[:, None] * self.normal
+        self.distances: list[float] = []
+
+    def solve(
+        self,
+        road: Any,
+        tangential_reference: np.ndarray | None = None,
+        start: np.ndarray | None = None,
+        tolerance: float = 1e-10,
+        **options: Any,
+    ) -> Solution:
+        """Solve for one load and one place of the road.
+
+        Parameters
+        ----------
+        road : Road
+            Its `closest(points)` returns gap, normal and closest point.
+        tangential_reference : (n, d), optional
+            Displacement from which nodes stick: to the point of the road nearest to them then. Default
+            the problem's. Where a road moves, add what it moved in the step.
+        start : (N, d), optional
+            First guess; default zero.
+        tolerance : float
+            Natural residual to reach; normals are found to ten times that.
+        **options
+            Further arguments of `ContactSolver.solve`, but `gap`.
+
+        Returns
+        -------
+        Solution
+            Its gaps are distances to the road itself; its sweeps, cycles, work and seconds are those of
+            all rounds.
+
+        Raises
+        ------
+        NotConverged
+            If a round does not converge, or the rounds come to no end.
+        """
+        solver, points, nodes = self.solver, self.points, self.solver.problem.contact_nodes
+        reference = (
+            solver.problem.tangential_reference if tangential_reference is None else tangential_reference
+        )
+        sticking = road.closest(points + reference)[2] - points
+        _, self.normal, self.foot = road.closest(points if start is None else points + start[nodes])
+        softness = 1.0 / np.einsum("caa->ca", solver.loop.diagonal[nodes]).mean(axis=1)
+        turn, self.distances = np.zeros(points.shape), []
+        rounds: list[Solution] = []
+        options["start"] = start
+        while len(rounds) < ROUNDS:
+            solver.turn(self.normal, np.einsum("ca,ca->c", self.normal, points - self.foot))
+            solution = solver.solve(tangential_reference=sticking, tolerance=tolerance, **options)
+            rounds.append(solution)
+            options |= {"start": solution.displacement, "start_status": solution.status}
+            at, touching = points + solution.displacement[nodes], np.flatnonzero(solution.status != FREE)
+            gap, normal, foot = road.closest(at)
+            depth = (softness * solution.pressure_force)[touching]
+            below = road.closest(at[touching] - depth[:, None] * self.normal[touching])
+            _choose(touching, self.normal, normal, foot, below[1], below[2])
+            before, turn = turn, normal - self.normal
+            softness[_overshoots(before, turn)] *= 2.0
+            above = np.delete(gap, touching)
+            self.distances.append(max(np.abs(gap[touching]).max(initial=0.0), -above.min(initial=0.0)))
+            if (
+                self.distances[-1] <= ON_ROAD * self.size
+                and np.abs(turn[touching]).max(initial=0.0) <= 10 * tolerance
+            ):
+                gap[touching] = 0.0
+                return _all_rounds(rounds, np.maximum(gap, 0.0))
+            self.normal, self.foot = normal, foot
+        raise NotConverged(
+            f"No convergence on the curved road: after {ROUNDS} rounds nodes are {self.distances[-1]:.1e} "
+            "off it, or their forces still turn; take smaller load steps, or refine the body where the road "
+            "is sharper than its elements.",
+            Record(
+                tolerance,
+                ROUNDS,
+                lambda: sum(s.sweeps for s in rounds),
+                progress=False,
+                history=self.distances,
+                cycles=sum(s.cycles for s in rounds),
+            ),
+        )
+
+
+def _choose(
+    touching: np.ndarray,
+    last: np.ndarray,
+    normal: np.ndarray,
+    foot: np.ndarray,
+    normal_below: np.ndarray,
+    foot_below: np.ndarray,
+) -> None:
+    """Take the look from below (k, d) into normal and foot (n, d) where it turns the last normal less."""
+    at_node = np.sum((normal[touching] - last[touching]) ** 2, axis=1)
+    from_below = np.sum((normal_below - last[touching]) ** 2, axis=1)
+    steadier = from_below < at_node
+    normal[touching[steadier]], foot[touching[steadier]] = normal_below[steadier], foot_below[steadier]
+
+
+def _overshoots(before: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Tell (n,) where a normal turned back by more than half of its last turn: that node is softer."""
+    return np.einsum("ca,ca->c", turn, before) < -0.5 * np.einsum("ca,ca->c", before, before)
+
+
+def _all_rounds(rounds: list[Solution], gap: np.ndarray) -> Solution:
+    """Return the last solution with the gaps (n,) to the road, and what all rounds cost."""
+    total = {
+        name: sum(getattr(s, name) for s in rounds)
+        for name in ("sweeps", "cycles", "work_units", "seconds", "setup_seconds")
+    }
+    return replace(rounds[-1], gap=gap, **total)
