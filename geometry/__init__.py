@@ -5,6 +5,7 @@ from geometry.gmsh_bodies import half_cylinder_gmsh, read_msh
 from geometry.grid import Grid
 from geometry.half_ball import half_ball
 from geometry.half_cylinder import half_cylinder, half_cylinder_nested
+from geometry.join import join, shifted
 from geometry.linear_road import LinearRoad
 from geometry.moving_road import ExtrudedRoad, MovingRoad, ShiftedRoad
 from geometry.rectangle import box, rectangle
@@ -13,6 +14,7 @@ from geometry.road import Plane, Road
 from geometry.road_file import read_samples
 from geometry.round_road import RoundRoad
 from geometry.smooth_road import SmoothRoad
+from geometry.tread_block import tread_block
 
 __all__ = [
     "Body",
@@ -30,8 +32,11 @@ __all__ = [
     "half_cylinder",
     "half_cylinder_gmsh",
     "half_cylinder_nested",
+    "join",
     "read_msh",
     "read_samples",
     "rectangle",
     "ring",
+    "shifted",
+    "tread_block",
 ]

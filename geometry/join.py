@@ -1,0 +1,67 @@
+"""Several bodies in one mesh, each where it should be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from geometry.grid import Grid
+
+
+def join(grids: Mapping[str, Grid]) -> Grid:
+    """Put bodies that do not touch each other into one mesh, for one scene on one road.
+
+    Parameters
+    ----------
+    grids : {name: Grid}, all of one type of cells
+
+    Returns
+    -------
+    Grid whose regions are the bodies, by name, and "NAME REGION" where a body has regions of its own, and
+    whose boundaries are called "NAME BOUNDARY"
+
+    Raises
+    ------
+    ValueError
+        for no grids, or grids of different cells.
+    """
+    kinds = {grid.cell for grid in grids.values()}
+    if len(kinds) != 1:
+        raise ValueError(
+            f"The bodies have cells of types {sorted(kinds)}; only bodies of one type can be joined."
+        )
+    facets: dict[str, np.ndarray] = {}
+    regions: dict[str, np.ndarray] = {}
+    snap: dict[str, Callable[[np.ndarray], np.ndarray]] = {}
+    nodes = cells = 0
+    for name, grid in grids.items():
+        facets |= {f"{name} {side}": rows + nodes for side, rows in grid.facets.items()}
+        regions |= {f"{name} {region}": np.asarray(inside) + cells for region, inside in grid.regions.items()}
+        regions[name] = np.arange(cells, cells + len(grid.cells))
+        snap |= {f"{name} {side}": onto for side, onto in grid.snap.items()}
+        nodes, cells = nodes + len(grid.points), cells + len(grid.cells)
+    starts = np.cumsum([0, *(len(grid.points) for grid in grids.values())])
+    return Grid(
+        np.concatenate([grid.points for grid in grids.values()]),
+        np.concatenate([grid.cells + start for grid, start in zip(grids.values(), starts)]),
+        kinds.pop(),
+        facets,
+        regions,
+        snap,
+    )
+
+
+def shifted(grid: Grid, by: Sequence[float]) -> Grid:
+    """Return the grid moved by a vector, with the shapes of its boundaries."""
+    way = np.asarray(by, dtype=float)
+    if way.shape != (grid.dim,) or not np.isfinite(way).all():
+        raise ValueError(f"The shift is {by}; it must be {grid.dim} finite numbers.")
+
+    def there(onto: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda points: onto(points - way) + way
+
+    return replace(
+        grid, points=grid.points + way, snap={name: there(onto) for name, onto in grid.snap.items()}
+    )
