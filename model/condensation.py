@@ -1,9 +1,10 @@
 """The correction `direct`: factorise once, and solve the contact as a small dense problem.
 
 With W = A^-1 restricted to the nodes that touch, S = W^-1 is the stiffness they feel with all other nodes in
-equilibrium. The loop and Newton steps on S find the contact forces; one back-substitution spreads them. Nodes join
-the small problem when they touch or would penetrate, and leave it with the contact, so that a step of a long run
-costs what its own contact asks for; the factorisation and the columns of W serve all loads and steps.
+equilibrium. The loop and Newton steps on S find the contact forces; one back-substitution spreads them. Nodes
+join the small problem when they touch or would penetrate, and leave it with the contact, so that a step of a
+long run costs what its own contact asks for. The factorisation and the columns of W serve all loads and
+steps.
 
 A body held only by the contact has a singular A. It is then grounded by springs at a few candidates, and the
 springs are taken out of the small problem again, exactly: the result is that of the body without them.
@@ -14,11 +15,14 @@ from numba import njit
 from scipy.sparse import bsr_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
-from .blocks import defect
-from .contact_loop import place_all_on_surface
+from .blocks import REORDER_SUMS, defect
+from .contact_loop import FREE, STICK, place_all_on_surface
 from .loop import NodeLoop
 from .record import Record
 from .small_problem import SmallProblem
+
+NOBODY = np.zeros(0, dtype=np.int64)
+MEMORY = 2**27  # bytes that whole columns of A^-1 may take
 
 
 class Condensation:
@@ -35,10 +39,8 @@ class Condensation:
 
     Attributes
     ----------
-    known : (m,)
+    batches : list of (m,) arrays
         Candidates whose columns of A^-1 have been computed, in the order in which they came.
-    columns : (n d, m d)
-        Those columns, at all candidates.
     """
 
     name = "direct"
@@ -58,14 +60,20 @@ class Condensation:
             matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
         self._defect = defect(d)
-        self.recall(np.zeros(0, dtype=np.int64), np.zeros((n * d, 0)))
+        # whole columns spare a back-substitution a step; large problems keep the rows of the candidates only
+        self._whole = 8 * N * d * n * d <= MEMORY
+        self._row = loop.nodes if self._whole else np.arange(n)  # of each candidate in the columns, in nodes
+        self.recall([])
 
-    def recall(self, known: np.ndarray, columns: np.ndarray) -> None:
-        """Take over the columns (n d, m d) of the `known` candidates (m,) from an earlier run."""
-        self.known, self.columns = known, columns
-        self._place = np.full(self.loop.nodes.size, -1)  # of each candidate in `known`
-        self._place[known] = np.arange(known.size)
-        self._active = np.zeros(0, dtype=np.int64)  # candidates of the small problem that is set up
+    def recall(self, batches: list[np.ndarray]) -> None:
+        """Forget all columns, and compute those of an earlier run again, to the last bit."""
+        rows = self.loop.shape[0] if self._whole else self.loop.nodes.size
+        self.batches: list[np.ndarray] = []
+        self._columns = np.empty((rows * self.loop.shape[1], 2), order="F")
+        self._place = np.full(self.loop.nodes.size, -1)  # of each candidate in the columns, in nodes
+        self._active = NOBODY  # candidates of the small problem that is set up
+        for batch in batches:
+            self._learn(batch)
 
     def back_substitute(self, r: np.ndarray) -> np.ndarray:
         """Solve (A + springs) x = r for r (N, d)."""
@@ -92,112 +100,158 @@ class Condensation:
         tolerance : float
             Natural residual of the small problem.
         """
-        loop = self.loop
+        loop, contact = self.loop, self.loop.contact
         free = self.back_substitute(r)
-        gap = np.empty(status.size)
-        after = np.empty(status.size)
-        no_force = np.zeros((0, loop.shape[1]))
-        gaps(loop.contact, u, gap)
-        gaps_with(gap, loop.contact, free, self.columns, no_force, self._active[:0], self._place, after)
-        tiny = 1e-14 * gap.max(initial=0.0)
-        active = np.union1d(np.flatnonzero(status), self.grounded) if status.any() else self.grounded
-        while True:
-            below = np.setdiff1d(np.flatnonzero(after < -tiny), active) if after.min() < -tiny else active[:0]
-            if below.size:
-                active = np.union1d(active, below[np.argsort(after[below])][: max(8, active.size)])
-            elif active.size == 0 or active is self._active:
-                break
-            self._set_up(active)
+        gap, after = np.empty(status.size), np.empty(status.size)
+        member = np.zeros(status.size, dtype=np.bool_)
+        member[self.grounded] = True
+        largest, lowest, count = gaps_without(contact, u, free, status, gap, after, member)
+        tiny = 1e-14 * largest
+        solved = count == 0 and self.grounded.size == 0
+        touched = False
+        while not solved or lowest < -tiny:
+            if solved:
+                below = np.flatnonzero(after < -tiny)
+                member[below[np.argsort(after[below])[: max(8, int(member.sum()))]]] = True
+            self._set_up(np.flatnonzero(member))
             active = self._active
-            force = self._solve_small(u, free, gap, status, tolerance)
-            gaps_with(gap, loop.contact, free, self.columns, force, active, self._place, after)
-            after[active] = 0.0
-        if active.size:
-            r[loop.nodes[active]] += force
-            free = self.back_substitute(r)
+            force = self.small.solve(contact, active, u, free, gap, status, loop.slip_rate, tolerance)
+            lowest = gaps_with(
+                gap, contact, free, self._columns, self._row, self._place, force, active, after
+            )
+            solved = True
+            touched = True
+        if touched:
+            if self._whole:
+                spread(self._columns, self._place, force, active, free.reshape(-1))
+            else:
+                r[loop.nodes[active]] += force
+                free = self.back_substitute(r)
         u += free
-        place_all_on_surface(loop.contact, u, status)
-        loop.hold_sticking(u, status)
-
-    def _solve_small(self, u, free, gap, status, tolerance):
-        """Set the status of the active nodes; return the forces (k, d) of road and springs on them."""
-        loop, active = self.loop, self._active
-        frame = loop.frame[active]
-        target = np.einsum("cab,cb->ca", frame, free[loop.nodes[active]])
-        before = np.einsum("cab,cb->ca", frame[:, 1:], u[loop.nodes[active]])
-        decided = status[active]
-        move, force = self.small.solve(
-            (self._stiffness @ target.ravel()).reshape(target.shape),
-            gap[active],
-            loop.contact.reference[active] - before,
-            loop.contact.state[active],
-            decided,
-            loop.slip_rate,
-            tolerance,
-        )
-        status[active] = decided
-        return np.einsum("cab,ca->cb", frame, force + self.springs[active] * move)
+        put_in_order(contact, u, status)
 
     def _set_up(self, active: np.ndarray) -> None:
         """Set up the small problem of the given candidates, unless it is."""
         if np.array_equal(active, self._active):
             return
-        self._learn(active[self._place[active] < 0])
-        loop = self.loop
-        d, k = loop.shape[1], active.size
-        unknowns = (active[:, None] * d + np.arange(d)).ravel()
-        places = (self._place[active, None] * d + np.arange(d)).ravel()
-        W = self.columns[unknowns[:, None], places]
-        S = np.linalg.inv(0.5 * (W + W.T)).reshape(k, d, k, d)
-        S = np.einsum("iab,ibjc->iajc", loop.frame[active], S)
-        S = np.einsum("iajc,jec->iaje", S, loop.frame[active]).reshape(k * d, k * d)
-        self._stiffness = 0.5 * (S + S.T)
-        S = self._stiffness - np.diag(np.repeat(self.springs[active, 0], d))
-        self.small = SmallProblem(S.reshape(k, d, k, d), loop.friction)
+        new = active[self._place[active] < 0]
+        if new.size:
+            self._learn(new)
+        W = compliance(self._columns, self._row, self._place, active, self.loop.frame)
+        self.small = SmallProblem(np.linalg.inv(W), self.springs[active], self.loop.friction)
         self._active = active
 
     def _learn(self, new: np.ndarray) -> None:
         """Compute the columns of A^-1 of more candidates."""
-        if new.size == 0:
-            return
         loop = self.loop
         N, d = loop.shape
-        answers = [self.columns]
-        for chunk in np.array_split(new, -(-new.size // 32)):
+        known = sum(batch.size for batch in self.batches)
+        if (known + new.size) * d > self._columns.shape[1]:
+            larger = np.empty((self._columns.shape[0], 2 * (known + new.size) * d), order="F")
+            larger[:, : known * d] = self._columns[:, : known * d]
+            self._columns = larger
+        for begin in range(0, new.size, 16):
+            chunk = new[begin : begin + 16]
             units = np.zeros((N * d, chunk.size * d), order="F")
             unknowns = (loop.nodes[chunk, None] * d + np.arange(d)).ravel()
             units[unknowns, np.arange(unknowns.size)] = 1.0
-            columns = self.factor.solve(units).reshape(N, d, -1)[loop.nodes]
-            answers.append(columns.reshape(loop.nodes.size * d, -1))
-        self.columns = np.hstack(answers)
-        self._place[new] = self.known.size + np.arange(new.size)
-        self.known = np.concatenate([self.known, new])
+            answers = self.factor.solve(units)
+            if not self._whole:
+                answers = answers.reshape(N, d, -1)[loop.nodes].reshape(-1, chunk.size * d)
+            at = (known + begin) * d
+            self._columns[:, at : at + chunk.size * d] = answers
+        self._place[new] = known + np.arange(new.size)
+        self.batches.append(new)
 
     def turn(self) -> None:
         """Follow the loop's new normals."""
-        self._active = self._active[:0]
+        self._active = NOBODY
 
 
 @njit(cache=True, error_model="numpy")
-def gaps(contact, u, gap):
-    """Write the gaps (n,) at displacement u (N, d) into `gap`."""
+def gaps_without(contact, u, free, status, gap, after, member):
+    """Write into `gap` and `after` the gaps (n,) at u (N, d), and after the free move from there.
+
+    Add to the `member`s (n,) who touches already or is and stays below the road. Return the largest of `gap`,
+    the lowest of `after`, and the number of members added.
+    """
+    largest, lowest, count = 0.0, 0.0, 0
     for c in range(gap.size):
-        s = contact.gap[c]
+        here, there = contact.gap[c], 0.0
         for a in range(u.shape[1]):
-            s += contact.frame[c, 0, a] * u[contact.nodes[c], a]
-        gap[c] = s
+            here += contact.frame[c, 0, a] * u[contact.nodes[c], a]
+            there += contact.frame[c, 0, a] * free[contact.nodes[c], a]
+        gap[c] = here
+        after[c] = here + there
+        largest, lowest = max(largest, here), min(lowest, after[c])
+        if status[c] != FREE or (here < 0.0 and after[c] < 0.0):
+            member[c] = True
+            count += 1
+    return largest, lowest, count
 
 
 @njit(cache=True, error_model="numpy")
-def gaps_with(gap, contact, free, columns, force, active, place, after):
-    """Write into `after` the gaps (n,) after the free move (N, d) and that due to forces (k, d) on `active`."""
+def gaps_with(gap, contact, free, columns, row, place, force, active, after):
+    """Write into `after` the gaps (n,) after the free move (N, d) and that due to forces (k, d) on `active`.
+
+    Those of the active candidates themselves are settled and count as 0. Return the lowest.
+    """
     d = free.shape[1]
+    lowest = 0.0
     for c in range(gap.size):
         s = gap[c]
         for a in range(d):
             move = free[contact.nodes[c], a]
             for j in range(active.size):
                 for b in range(d):
-                    move += columns[c * d + a, place[active[j]] * d + b] * force[j, b]
+                    move += columns[row[c] * d + a, place[active[j]] * d + b] * force[j, b]
             s += contact.frame[c, 0, a] * move
         after[c] = s
+    for j in range(active.size):
+        after[active[j]] = 0.0
+    for c in range(gap.size):
+        lowest = min(lowest, after[c])
+    return lowest
+
+
+@njit(cache=True, error_model="numpy")
+def compliance(columns, row, place, active, frame):
+    """Displacements of the active candidates under unit forces on each other, in their frames, (k d, k d)."""
+    k, d = active.size, frame.shape[1]
+    W = np.zeros((k * d, k * d))
+    for i in range(k):
+        for j in range(k):
+            for a in range(d):
+                for b in range(d):
+                    s = 0.0
+                    for e in range(d):
+                        for f in range(d):
+                            value = columns[row[active[i]] * d + e, place[active[j]] * d + f]
+                            s += frame[active[i], a, e] * value * frame[active[j], b, f]
+                    W[i * d + a, j * d + b] += 0.5 * s
+                    W[j * d + b, i * d + a] += 0.5 * s
+    return W
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+def spread(columns, place, force, active, u):
+    """Add to u (N d,) the displacement due to forces (k, d) on the active candidates."""
+    d = force.shape[1]
+    for j in range(active.size):
+        for b in range(d):
+            column, size = columns[:, place[active[j]] * d + b], force[j, b]
+            for i in range(u.size):
+                u[i] += column[i] * size
+
+
+@njit(cache=True, error_model="numpy")
+def put_in_order(contact, u, status):
+    """Place candidates that touch exactly on the road, and those that stick where they stick."""
+    place_all_on_surface(contact, u, status)
+    for c in range(status.size):
+        if status[c] == STICK:
+            for b in range(u.shape[1]):
+                s = -contact.gap[c] * contact.frame[c, 0, b]
+                for a in range(1, u.shape[1]):
+                    s += contact.reference[c, a - 1] * contact.frame[c, a, b]
+                u[contact.nodes[c], b] = s

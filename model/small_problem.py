@@ -8,6 +8,8 @@ Everything here is in the frames of the nodes: component 0 along the normal, the
 `bound` is the address of the friction law, None without friction.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -25,45 +27,53 @@ class SmallProblem:
 
     Parameters
     ----------
-    stiffness : (k, d, k, d)
-        Symmetric positive definite, in the frames of the nodes.
+    stiffness : (k d, k d)
+        Positive definite, in the frames of the nodes.
+    springs : (k, 1)
+        Stiffness of the springs that ground the nodes, part of `stiffness`, to be taken out.
     friction : FrictionLaw or None
         The law.
     """
 
-    def __init__(self, stiffness: np.ndarray, friction: FrictionLaw | None):
-        k, d = stiffness.shape[:2]
-        self.S = np.ascontiguousarray(stiffness.reshape(k * d, k * d))
-        everyone = np.arange(k)
-        self.block = np.ascontiguousarray(stiffness[everyone, :, everyone])
-        self.inverse = np.empty_like(self.block)
-        generalised_inverses(self.block, everyone, self.inverse)
-        self.nodes, self.frame = everyone, np.tile(np.eye(d), (k, 1, 1))
+    def __init__(self, stiffness: np.ndarray, springs: np.ndarray, friction: FrictionLaw | None):
+        k = springs.size
+        d = stiffness.shape[0] // k
+        self.arrays = Condensed(
+            stiffness,
+            np.empty((k * d, k * d)),
+            springs,
+            np.arange(k),
+            np.empty((k, d, d)),
+            np.empty((k, d, d)),
+            np.empty((k, d, d)),
+        )
+        prepare(self.arrays)
         self._bound = None if friction is None else friction.address
 
     def solve(
         self,
-        b: np.ndarray,
+        whole: Candidates,
+        active: np.ndarray,
+        u: np.ndarray,
+        free: np.ndarray,
         gap: np.ndarray,
-        reference: np.ndarray,
-        state: np.ndarray,
         status: np.ndarray,
         slip_rate: float,
         tolerance: float,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Solve for one load.
+    ) -> np.ndarray:
+        """Find the forces on the nodes, all others in equilibrium.
 
         Parameters
         ----------
-        b : (k, d)
-            Load.
-        gap : (k,)
-            Distances to the road at zero displacement.
-        reference : (k, d - 1)
-            Tangential displacements at which the nodes stick.
-        state : (k,)
-            1.0 where a node slipped at the end of the last step.
-        status : (k,)
+        whole : Candidates
+            All candidates, n of them.
+        active : (k,)
+            The numbers among them of the nodes of this problem.
+        u, free : (N, d)
+            Displacement, and where it would go from there without more force from the road.
+        gap : (n,)
+            Gaps at u.
+        status : (n,)
             First guess, updated in place.
         slip_rate : float
             What slip is multiplied by for the friction law.
@@ -73,12 +83,89 @@ class SmallProblem:
 
         Returns
         -------
-        displacement (k, d), contact force (k, d)
+        (k, d), forces of the road and of the springs that ground the nodes.
         """
-        contact = Candidates(self.nodes, self.nodes, self.frame, self.block, gap, reference, state)
-        u, force = np.zeros(b.shape), np.zeros(b.shape)
-        solve_small(self.S, contact, self.inverse, b, u, status, force, self._bound, slip_rate, tolerance)
-        return u, force
+        force = np.empty((active.size, u.shape[1]))
+        solve_active(
+            self.arrays, whole, active, u, free, gap, status, force, self._bound, slip_rate, tolerance
+        )
+        return force
+
+
+class Condensed(NamedTuple):
+    """The arrays of a small problem.
+
+    Attributes
+    ----------
+    grounded, S : (k d, k d) stiffness with the springs and without
+    springs : (k, 1)
+    nodes : (k,) 0, 1, 2, ...
+    frame : (k, d, d) unit matrices: the problem is in the nodes' frames already
+    block, inverse : (k, d, d) diagonal blocks of S, and their inverses
+    """
+
+    grounded: np.ndarray
+    S: np.ndarray
+    springs: np.ndarray
+    nodes: np.ndarray
+    frame: np.ndarray
+    block: np.ndarray
+    inverse: np.ndarray
+
+
+@njit(cache=True, error_model="numpy")
+def prepare(arrays):
+    """Symmetrise the stiffness, take the springs out, and fill in the rest."""
+    grounded, S = arrays.grounded, arrays.S
+    k, d = arrays.block.shape[:2]
+    for i in range(k * d):
+        for j in range(i + 1):
+            grounded[i, j] = 0.5 * (grounded[i, j] + grounded[j, i])
+            grounded[j, i] = grounded[i, j]
+            S[i, j] = grounded[i, j]
+            S[j, i] = grounded[i, j]
+        S[i, i] -= arrays.springs[i // d, 0]
+    for c in range(k):
+        for a in range(d):
+            for b in range(d):
+                arrays.frame[c, a, b] = 1.0 if a == b else 0.0
+                arrays.block[c, a, b] = S[c * d + a, c * d + b]
+    generalised_inverses(arrays.block, arrays.nodes, arrays.inverse)
+
+
+@njit(cache=True, error_model="numpy")
+def solve_active(arrays, whole, active, u, free, gap, status, force, bound, slip_rate, tolerance):
+    """Fill `force` (k, d) and the status (n,) of the active candidates, from global components and back."""
+    k, d = force.shape
+    target, b, move = np.empty(k * d), np.zeros((k, d)), np.zeros((k, d))
+    gaps, state = np.empty(k), np.empty(k)
+    reference, decided = np.empty((k, d - 1)), np.empty(k, dtype=status.dtype)
+    for j in range(k):
+        c = active[j]
+        i = whole.nodes[c]
+        gaps[j], state[j], decided[j] = gap[c], whole.state[c], status[c]
+        for a in range(d):
+            go, been = 0.0, 0.0
+            for e in range(d):
+                go += whole.frame[c, a, e] * free[i, e]
+                been += whole.frame[c, a, e] * u[i, e]
+            target[j * d + a] = go
+            if a > 0:
+                reference[j, a - 1] = whole.reference[c, a - 1] - been
+    for i in range(k * d):
+        for j in range(k * d):
+            b[i // d, i % d] += arrays.grounded[i, j] * target[j]
+    contact = Candidates(arrays.nodes, arrays.nodes, arrays.frame, arrays.block, gaps, reference, state)
+    solve_small(arrays.S, contact, arrays.inverse, b, move, decided, force, bound, slip_rate, tolerance)
+    for j in range(k):
+        c = active[j]
+        status[c] = decided[j]
+        for a in range(d):
+            target[a] = force[j, a] + arrays.springs[j, 0] * move[j, a]
+        for e in range(d):
+            force[j, e] = 0.0
+            for a in range(d):
+                force[j, e] += whole.frame[c, a, e] * target[a]
 
 
 @njit(cache=True, error_model="numpy")
