@@ -12,11 +12,13 @@
 # $$ \underbrace{\|u_h^{(k)} - u_h\|}_{\text{algebraic: more cycles help}} \quad\text{and}\quad
 #    \underbrace{\|u_h - u\|}_{\text{discretisation: only a finer mesh helps}} \tag{1} $$
 #
-# Cycles spent after the first has sunk below the second are wasted. The scene is Hertz's (section 3.1.1 of the paper: R = 10 mm,
-# E = 210 GPa, nu = 0.3, P = 10 kN/mm, no friction, uniform traction on the flat face), on nested meshes of 56 x 4^k quadrilaterals.
-# We measure in the energy norm, $\|v\|_A^2 = v^T A v$, and in what an engineer reads off: p0, a and the pressure.
+# Cycles spent after the first has sunk below the second are wasted. The scene is Hertz's (section 3.1.1 of
+# the paper: R = 10 mm, E = 210 GPa, nu = 0.3, P = 10 kN/mm, no friction, uniform traction on the flat face),
+# on nested meshes of 56 x 4^k quadrilaterals. We measure in the energy norm, $\|v\|_A^2 = v^T A v$, and in
+# what an engineer reads off: p0, a and the pressure.
 #
-# One work unit is the time of one sweep of the node loop over the finest mesh. Everything counts, also the set-up.
+# One work unit is the time of one sweep of the node loop over the finest mesh. Everything counts, also the
+# set-up.
 
 # %%
 from time import perf_counter
@@ -34,7 +36,9 @@ from model.hertz import HertzCylinder
 from model.pressure import contact_half_width
 from model.scene import Scene
 
-scene = Scene("error_against_run_time", "Error against run time: this project's corrections and what else there is.")
+scene = Scene(
+    "error_against_run_time", "Error against run time: this project's corrections and what else there is."
+)
 scene.built("K")
 scene.left_out("M", "C", "gmsh", "pyvista")
 R, E, nu, P, mu = 10.0, 210e3, 0.3, 1e4, 0.5
@@ -45,7 +49,10 @@ assembly_seconds = 0.0
 
 # %%
 def cylinder(grid, refinements=0, friction=None):
-    """Half cylinder on the road: uniform traction and one node held in x, or, with friction, a rigid platen."""
+    """Half cylinder on the road.
+
+    Uniform traction and one node held in x, or, with friction, a rigid platen.
+    """
     global assembly_seconds
     began = perf_counter()
     body = Body.from_grid(grid, refinements)
@@ -55,7 +62,9 @@ def cylinder(grid, refinements=0, friction=None):
         support.fix_node(body.nearest_node((0.0, R)), x=0.0)
     else:
         support.platen("top").fix("top", x=0.0)
-    pressed = BodyOnRoad(elasticity, support.apply(elasticity.stiffness(), load), Plane(), "arc", friction, reach=0.3 * R)
+    pressed = BodyOnRoad(
+        elasticity, support.apply(elasticity.stiffness(), load), Plane(), "arc", friction, reach=0.3 * R
+    )
     assembly_seconds += perf_counter() - began
     return pressed
 
@@ -84,19 +93,27 @@ def timed(problem, correction, tolerance, repeat=2, **options):
 # %% [markdown]
 # ## Geometric multigrid, mesh by mesh
 #
-# For each mesh: the discrete solution (residual 1e-11), then runs to rising accuracy. A linear problem of the same size is solved by the same
-# cycles: the final contact set is prescribed and nothing is left to decide.
+# For each mesh: the discrete solution (residual 1e-11), then runs to rising accuracy. A linear problem of the
+# same size is solved by the same cycles: the final contact set is prescribed and nothing is left to decide.
+
 
 # %%
 def linear_twin(pressed, solution):
-    """The linear problem with the final contact set prescribed; one node far from the road keeps the code path."""
+    """The linear problem with the final contact set prescribed.
+
+    One node far from the road keeps the code path.
+    """
     body, held = pressed.elasticity.body, pressed.nodes[solution.status > 0]
     support = Support(body).fix_node(body.nearest_node((0.0, R)), x=0.0)
     for node in held:
         support.fix_node(int(node), y=-body.coordinates[node, 1])
     load = pressed.elasticity.total_force("top", (0.0, -P))
     twin = BodyOnRoad(
-        pressed.elasticity, support.apply(pressed.elasticity.stiffness(), load), Plane((0.0, -R)), "arc", reach=1.3 * R
+        pressed.elasticity,
+        support.apply(pressed.elasticity.stiffness(), load),
+        Plane((0.0, -R)),
+        "arc",
+        reach=1.3 * R,
     )
     return twin.problem
 
@@ -112,7 +129,13 @@ for k in scene.progress(levels, "meshes"):
     for tolerance in tolerances:
         seconds, solution = timed(problem, "multigrid", tolerance)
         sweep = seconds / solution.work_units
-        histories[k].append((seconds, solution.seconds / sweep, algebraic_error(problem, solution.displacement, exact[k].displacement)))
+        histories[k].append(
+            (
+                seconds,
+                solution.seconds / sweep,
+                algebraic_error(problem, solution.displacement, exact[k].displacement),
+            )
+        )
     final, final_seconds = solution, seconds
     memory = final.peak_memory
     linear_seconds[k] = timed(linear_twin(pressed, final), "multigrid", 1e-8)[0] if k < 7 else np.nan
@@ -138,8 +161,9 @@ for k in scene.progress(levels, "meshes"):
         scenes[k] = pressed
 
 # %% [markdown]
-# The mesh-converged values come from the two finest meshes (Richardson, energy and p0 of order 2 in h; a and the pressure from the finest).
-# Their distance to Hertz's closed form is the error of the half-space theory, not of the mesh.
+# The mesh-converged values come from the two finest meshes (Richardson, energy and p0 of order 2 in h; a and
+# the pressure from the finest). Their distance to Hertz's closed form is the error of the half-space theory,
+# not of the mesh.
 
 # %%
 finest, before = found[levels[-1]], found[levels[-2]]
@@ -168,10 +192,20 @@ for k in levels:
     errors["a"][k] = abs(f["a"] / converged["a"] - 1)
     errors["pressure"][k] = pressure_error(*f["pressure"], *finest["pressure"])
     units_to_accuracy[k] = next(units for _, units, error in histories[k] if error < errors["energy"][k])
-    scene.result(f"work_units_to_discretisation_accuracy[dofs={f['dofs']}]", units_to_accuracy[k], "sweeps", 10, "Brandt")
+    scene.result(
+        f"work_units_to_discretisation_accuracy[dofs={f['dofs']}]",
+        units_to_accuracy[k],
+        "sweeps",
+        10,
+        "Brandt",
+    )
 large = [k for k in levels if found[k]["dofs"] > 20_000]
 scene.result(
-    "work_units_to_discretisation_accuracy", max(units_to_accuracy[k] for k in large), "sweeps", 10, "Brandt; set-up apart"
+    "work_units_to_discretisation_accuracy",
+    max(units_to_accuracy[k] for k in large),
+    "sweeps",
+    10,
+    "Brandt; set-up apart",
 )
 scene.result("work_units_to_1e-8", max(found[k]["work_units"] for k in large), "sweeps, set-up included")
 growth = finest["seconds"] / finest["dofs"] / (found[4]["seconds"] / found[4]["dofs"])
@@ -194,11 +228,23 @@ for u in start.values():
     u[:, 1] = -0.05  # PETSc and the penalty form need a first guess in contact; it costs them nothing
 
 others = {
-    "loop as printed": ([1] if scene.quick else [1, 2], lambda k: timed(scenes[k].problem, "none", 1e-8, 1, limit=20_000)[0]),
+    "loop as printed": (
+        [1] if scene.quick else [1, 2],
+        lambda k: timed(scenes[k].problem, "none", 1e-8, 1, limit=20_000)[0],
+    ),
     "direct": (range(1, 5 if scene.quick else 6), lambda k: timed(scenes[k].problem, "direct", 1e-10)[0]),
-    "algebraic": (range(1, 5 if scene.quick else 6), lambda k: timed(scenes[k].problem, "algebraic", 1e-8, 1)[0]),
-    "vinewtonrsls + MUMPS": (range(1, 5 if scene.quick else 6), lambda k: vinewtonrsls(scenes[k].problem, "mumps", start[k]).seconds),
-    "vinewtonrsls + CG/GAMG": (range(1, 4 if scene.quick else 6), lambda k: vinewtonrsls(scenes[k].problem, "gamg", start[k]).seconds),
+    "algebraic": (
+        range(1, 5 if scene.quick else 6),
+        lambda k: timed(scenes[k].problem, "algebraic", 1e-8, 1)[0],
+    ),
+    "vinewtonrsls + MUMPS": (
+        range(1, 5 if scene.quick else 6),
+        lambda k: vinewtonrsls(scenes[k].problem, "mumps", start[k]).seconds,
+    ),
+    "vinewtonrsls + CG/GAMG": (
+        range(1, 4 if scene.quick else 6),
+        lambda k: vinewtonrsls(scenes[k].problem, "gamg", start[k]).seconds,
+    ),
 }
 seconds = {"multigrid": {k: found[k]["seconds"] for k in levels}}
 for name, (sizes, run) in scene.progress(others.items(), "other solvers"):
@@ -212,7 +258,11 @@ for name, (sizes, run) in scene.progress(others.items(), "other solvers"):
             scene.result(f"seconds[{name}, dofs={found[k]['dofs']}]", seconds[name][k], "s")
 nearest = max(scenes)
 scene.result(
-    "speedup_over_vinewtonrsls_mumps", seconds["vinewtonrsls + MUMPS"][nearest] / found[nearest]["seconds"], "1", 10.0, "wanted, at least"
+    "speedup_over_vinewtonrsls_mumps",
+    seconds["vinewtonrsls + MUMPS"][nearest] / found[nearest]["seconds"],
+    "1",
+    10.0,
+    "wanted, at least",
 )
 
 # %% [markdown]
@@ -241,7 +291,9 @@ for stiffness in (1e2 * E / R, 1e4 * E / R, 1e6 * E / R):
     depth = -(body.coordinates + answer.displacement)[scenes[k].nodes, 1].min()
     error = algebraic_error(problem, answer.displacement, exact[k].displacement)
     penalised[stiffness] = (answer.seconds, error)
-    scene.result(f"penetration[penalty={stiffness * R / E:.0e} E/R]", depth, "mm", 0.0, "non-penetration, eq. (5)")
+    scene.result(
+        f"penetration[penalty={stiffness * R / E:.0e} E/R]", depth, "mm", 0.0, "non-penetration, eq. (5)"
+    )
     scene.result(f"algebraic_error[penalty={stiffness * R / E:.0e} E/R]", error, "1")
     scene.result(f"newton_steps[penalty={stiffness * R / E:.0e} E/R]", answer.steps, "1")
 
@@ -251,20 +303,29 @@ for stiffness in (1e2 * E / R, 1e4 * E / R, 1e6 * E / R):
 # Error against the finest mesh of this part; all corrections follow the same path.
 
 # %%
-paths = {"none": [1], "direct": range(1, 4 if scene.quick else 6), "multigrid": range(1, 4 if scene.quick else 7), "algebraic": range(1, 4 if scene.quick else 5)}
+paths = {
+    "none": [1],
+    "direct": range(1, 4 if scene.quick else 6),
+    "multigrid": range(1, 4 if scene.quick else 7),
+    "algebraic": range(1, 4 if scene.quick else 5),
+}
 peak, friction_seconds, steps = {}, {name: {} for name in paths}, 2 if scene.quick else 10
 for k in scene.progress(paths["multigrid"], "with friction"):
     rubbing = cylinder(half_cylinder_nested(R), k, friction=mu)
     for name in (name for name in paths if k in paths[name]):
         began = perf_counter()
         solver = ContactSolver(rubbing.problem, name, progress=False)
-        path = list(follow(solver, [rubbing.problem.b * (s / steps) for s in range(1, steps + 1)], tolerance=1e-8))
+        path = list(
+            follow(solver, [rubbing.problem.b * (s / steps) for s in range(1, steps + 1)], tolerance=1e-8)
+        )
         friction_seconds[name][k] = perf_counter() - began
         if name == "multigrid":
             peak[k] = rubbing.pressure(path[-1]).max()
             dofs = rubbing.problem.b.size
             scene.result(f"cycles_per_step[mu=0.5, dofs={dofs}]", max(s.cycles for s in path), "V(1,1)")
-        scene.result(f"seconds[mu=0.5, {name}, dofs={rubbing.problem.b.size}]", friction_seconds[name][k], "s")
+        scene.result(
+            f"seconds[mu=0.5, {name}, dofs={rubbing.problem.b.size}]", friction_seconds[name][k], "s"
+        )
 peak_error = {k: abs(peak[k] / peak[max(peak)] - 1) for k in peak if k < max(peak)}
 
 # %% [markdown]
@@ -287,15 +348,33 @@ figure = convergence_figure(
 )
 scene.figure(figure, "algebraic_error")
 
-labels = {"p0": "peak pressure", "a": "half width", "pressure": "pressure (L2)", "energy": "displacement (energy norm)"}
+labels = {
+    "p0": "peak pressure",
+    "a": "half width",
+    "pressure": "pressure (L2)",
+    "energy": "displacement (energy norm)",
+}
 figure, panels = plt.subplots(2, 2, figsize=(9.6, 7.2), layout="constrained", sharex=True)
 for axes, (quantity, label) in zip(panels.flat, labels.items(), strict=True):
     for look, (name, times) in zip(LOOKS, seconds.items(), strict=False):
         common = [k for k in levels if k < levels[-1] and k in times]
-        axes.loglog([times[k] for k in common], [errors[quantity][k] for k in common], label=name, markerfacecolor="none", **look)
-    axes.set(title=label, xlabel="seconds, set-up included", ylabel="error against the mesh-converged solution")
+        axes.loglog(
+            [times[k] for k in common],
+            [errors[quantity][k] for k in common],
+            label=name,
+            markerfacecolor="none",
+            **look,
+        )
+    axes.set(
+        title=label, xlabel="seconds, set-up included", ylabel="error against the mesh-converged solution"
+    )
     axes.grid(color="0.9")
-panels[0, 0].axhline(abs(hertz.p0 / converged["p0"] - 1), color="0.5", linestyle=":", label="error of Hertz's half-space theory")
+panels[0, 0].axhline(
+    abs(hertz.p0 / converged["p0"] - 1),
+    color="0.5",
+    linestyle=":",
+    label="error of Hertz's half-space theory",
+)
 panels[0, 1].axhline(abs(hertz.a / converged["a"] - 1), color="0.5", linestyle=":")
 panels[0, 0].legend(frameon=False, fontsize="x-small")
 scene.figure(figure, "error_against_run_time")
@@ -310,13 +389,19 @@ figure = convergence_figure(
 scene.figure(figure, "seconds_per_unknown")
 figure = convergence_figure(
     np.array([found[k]["dofs"] for k in levels]),
-    {"V(1,1) cycles to 1e-8": np.array([found[k]["cycles"] for k in levels]), "work units to discretisation accuracy": np.array([units_to_accuracy[k] for k in levels])},
+    {
+        "V(1,1) cycles to 1e-8": np.array([found[k]["cycles"] for k in levels]),
+        "work units to discretisation accuracy": np.array([units_to_accuracy[k] for k in levels]),
+    },
     "unknowns",
     "multigrid",
 )
 scene.figure(figure, "cycles")
 figure = convergence_figure(
-    {name: np.array([friction_seconds[name][k] for k in peak_error if k in friction_seconds[name]]) for name in paths},
+    {
+        name: np.array([friction_seconds[name][k] for k in peak_error if k in friction_seconds[name]])
+        for name in paths
+    },
     {name: np.array([peak_error[k] for k in peak_error if k in friction_seconds[name]]) for name in paths},
     f"seconds, {steps} load steps, mu = 0.5",
     "error of p0 against the finest mesh",

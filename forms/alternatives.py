@@ -1,4 +1,6 @@
-"""What a FEniCSx user would otherwise pick for the same scene: PETSc's semi-smooth Newton method, and a penalty form.
+"""What a FEniCSx user would otherwise pick for the same scene.
+
+PETSc's semi-smooth Newton method, and a penalty form.
 
 Kept for comparison only; nothing else depends on it.
 """
@@ -13,7 +15,7 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
-from geometry import Body, compat  # compat comes before petsc4py
+from geometry import compat  # noqa: F401  # compat comes before petsc4py
 
 from petsc4py import PETSc  # isort: skip
 import ufl  # isort: skip
@@ -34,16 +36,17 @@ class Answer:
 def vinewtonrsls(
     problem: Any, linear: str = "mumps", start: np.ndarray | None = None, tolerance: float = 1e-8
 ) -> Answer:
-    """Solve a frictionless problem on a road with normal +y (+z in 3-D) by PETSc's reduced-space semi-smooth Newton method.
+    """Solve a frictionless problem by PETSc's reduced-space semi-smooth Newton method.
 
-    Benson and Munson, Optimization Methods and Software 21 (2006); bounds u_n >= -gap on the candidates.
+    The road's normal is +y (+z in 3-D), the bounds are u_n >= -gap on the candidates. Benson and Munson,
+    Optimization Methods and Software 21 (2006).
 
     Parameters
     ----------
     problem : model.ContactProblem
-    linear : "mumps" for MUMPS's Cholesky factorisation, "gamg" for CG with GAMG and the rigid motions as its near-nullspace
-    start : (N, dim), optional
-        First guess; the method needs one whose bounds hold the body.
+    linear : "mumps" for MUMPS's Cholesky factorisation, "gamg" for CG with GAMG and the rigid motions as its
+        near-nullspace
+    start : (N, dim), optional; first guess, whose bounds should hold the body
     tolerance : relative residual of the outer and, a hundred times smaller, of the inner iteration
 
     Raises
@@ -55,12 +58,16 @@ def vinewtonrsls(
     """
     dim = problem.dim
     if not np.allclose(problem.normal, np.eye(dim)[-1]):
-        raise ValueError("vinewtonrsls has bounds for one component only: the road's normal must be the last axis.")
+        raise ValueError(
+            "vinewtonrsls has bounds for one component only: the road's normal must be the last axis."
+        )
     began = perf_counter()
     A = problem.A.tocsr()
-    K = PETSc.Mat().createAIJ(A.shape, csr=(A.indptr.astype(PETSc.IntType), A.indices.astype(PETSc.IntType), A.data))
+    K = PETSc.Mat().createAIJ(
+        A.shape, csr=(A.indptr.astype(PETSc.IntType), A.indices.astype(PETSc.IntType), A.data)
+    )
     K.setBlockSize(dim)
-    K.setOption(PETSc.Mat.Option.SPD, True)
+    K.setOption(PETSc.Mat.Option.SPD, True)  # type: ignore[arg-type]
     b, lower, upper, u = (K.createVecLeft() for _ in range(4))
     b.array[:] = problem.b.ravel()
     lower.set(PETSc.NINFINITY)
@@ -78,7 +85,7 @@ def vinewtonrsls(
     snes.setFunction(residual, K.createVecLeft())
     snes.setJacobian(lambda snes, x, J, P: None, K)
     snes.setVariableBounds(lower, upper)
-    snes.setTolerances(rtol=tolerance, atol=tolerance * b.norm(), stol=0.0, max_it=100)
+    snes.setTolerances(rtol=tolerance, atol=tolerance * float(np.linalg.norm(b.array)), stol=0.0, max_it=100)
     ksp, pc = snes.getKSP(), snes.getKSP().getPC()
     if linear == "mumps":
         ksp.setType("preonly")
@@ -95,22 +102,29 @@ def vinewtonrsls(
     else:
         raise ValueError(f"linear is {linear!r}, but it must be 'mumps' or 'gamg'.")
     snes.solve(None, u)
-    reason, steps = snes.getConvergedReason(), snes.getIterationNumber()
+    reason, steps = int(snes.getConvergedReason()), snes.getIterationNumber()
     answer = Answer(u.array.reshape(-1, dim).copy(), perf_counter() - began, steps)
     for thing in (snes, K, b, lower, upper, u):
         thing.destroy()
     if reason <= 0:
-        raise RuntimeError(f"SNES vinewtonrsls with {linear} stopped with reason {reason} after {steps} steps.")
+        raise RuntimeError(
+            f"SNES vinewtonrsls with {linear} stopped with reason {reason} after {steps} steps."
+        )
     return answer
 
 
 def penalty(
-    elasticity: Elasticity, load: np.ndarray, boundary: str, stiffness: float, fixed: np.ndarray, start: np.ndarray
+    elasticity: Elasticity,
+    load: np.ndarray,
+    boundary: str,
+    stiffness: float,
+    fixed: np.ndarray,
+    start: np.ndarray,
 ) -> Answer:
-    """Solve a frictionless problem on the road y = 0 with a penalty form, and Newton's method with a sparse direct solver.
+    """Solve a frictionless problem on the road y = 0 with a penalty form and Newton's method.
 
-    Find u with a(u, v) - integral of stiffness <-g(u)>_+ v_y ds = load(v), g = y + u_y (Kikuchi and Oden, Contact Problems in
-    Elasticity, 1988, chapter 6).
+    Find u with a(u, v) - integral of stiffness <-g(u)>_+ v_y ds = load(v), g = y + u_y (Kikuchi and Oden,
+    Contact Problems in Elasticity, 1988, chapter 6).
 
     Parameters
     ----------
@@ -137,7 +151,9 @@ def penalty(
     ds = ufl.Measure("ds", body.mesh, subdomain_data=body.facet_tags, metadata={"quadrature_degree": 3})
     ds = ds(body.names[boundary])
     force = fem.form(-kappa * ufl.max_value(-gap, 0.0) * v[body.dim - 1] * ds)
-    tangent = fem.form(kappa * ufl.conditional(ufl.lt(gap, 0.0), 1.0, 0.0) * w[body.dim - 1] * v[body.dim - 1] * ds)
+    tangent = fem.form(
+        kappa * ufl.conditional(ufl.lt(gap, 0.0), 1.0, 0.0) * w[body.dim - 1] * v[body.dim - 1] * ds
+    )
     keep = np.setdiff1d(np.arange(K.shape[0]), fixed)
     scale = np.linalg.norm(load)
     for step in range(1, 101):
@@ -148,4 +164,6 @@ def penalty(
         T.scatter_reverse()
         J = sparse.csc_array(K + sparse.csr_array(T.to_scipy()))[keep][:, keep]
         u.x.array[keep] += splu(sparse.csc_array(J), permc_spec="MMD_AT_PLUS_A").solve(r[keep])
-    raise RuntimeError(f"Newton's method on the penalty form with stiffness {stiffness:g} did not converge in 100 steps.")
+    raise RuntimeError(
+        f"Newton's method on the penalty form with stiffness {stiffness:g} did not converge in 100 steps."
+    )

@@ -1,4 +1,7 @@
-"""The correction `algebraic`: the same truncated cycles where there are no nested meshes, on pyamg's smoothed aggregation."""
+"""The correction `algebraic`.
+
+The same truncated cycles where there are no nested meshes, on pyamg's smoothed aggregation.
+"""
 
 import numpy as np
 import pyamg
@@ -25,13 +28,19 @@ def algebraic(A: bsr_array, loop: NodeLoop, coordinates: np.ndarray) -> Multigri
     motions = rigid_motions(coordinates)
     motions[loop.lone] = 0.0
     hierarchy = pyamg.smoothed_aggregation_solver(
-        A, B=motions.reshape(N * d, -1), strength=("symmetric", {"theta": 0.0}), smooth="jacobi", max_coarse=100
+        A,
+        B=motions.reshape(N * d, -1),
+        strength=("symmetric", {"theta": 0.0}),
+        smooth="jacobi",
+        max_coarse=100,
     )
     levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
     for level in hierarchy.levels[:-1]:
         P = bsr_array(level.P)
         P.sort_indices()
-        blocks = BlockMatrix(P.indptr.astype(np.uint64), P.indices.astype(np.uint32), np.ascontiguousarray(P.data))
+        blocks = BlockMatrix(
+            P.indptr.astype(np.uint64), P.indices.astype(np.uint32), np.ascontiguousarray(P.data)
+        )
         levels.append(coarsen(levels[-1], blocks, P.shape[1] // P.blocksize[1]))
     multigrid = Multigrid(loop, levels)
     multigrid.name = "algebraic"

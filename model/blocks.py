@@ -1,8 +1,9 @@
 """Node-blocked sparse matrices: the compiled kernels that the contact loop and the corrections share.
 
-A matrix is held as in `scipy.sparse.bsr_array`, one block row a node. Each kernel is compiled once per block size, so
-that the innermost loops are unrolled; rows of two and three unknowns are written out, with sums split (a Gauss-Seidel
-row is one long chain of additions) and unsigned indices (which spares the test for negative ones).
+A matrix is held as in `scipy.sparse.bsr_array`, one block row a node. Each kernel is compiled once per block
+size, so that the innermost loops are unrolled; rows of two and three unknowns are written out, with sums
+split (a Gauss-Seidel row is one long chain of additions) and unsigned indices (which spares the test for
+negative ones).
 """
 
 from functools import lru_cache
@@ -16,7 +17,10 @@ REORDER_SUMS = {"contract", "reassoc", "nsz"}  # never 'nnan': a NaN must stay o
 
 
 class BlockMatrix(NamedTuple):
-    """A block-sparse matrix as compiled code takes it: `indptr` (n + 1,), `indices` (m,), `data` (m, rows, columns)."""
+    """A block-sparse matrix as compiled code takes it.
+
+    `indptr` (n + 1,), `indices` (m,), `data` (m, rows, columns).
+    """
 
     indptr: np.ndarray
     indices: np.ndarray
@@ -26,7 +30,9 @@ class BlockMatrix(NamedTuple):
 def block_matrix(A: bsr_array) -> BlockMatrix:
     """Hand a `bsr_array` to compiled code; the values are shared, not copied, where they are C-contiguous."""
     return BlockMatrix(
-        A.indptr.astype(np.uint64), A.indices.astype(np.uint32), np.ascontiguousarray(A.data, dtype=np.float64)
+        A.indptr.astype(np.uint64),
+        A.indices.astype(np.uint32),
+        np.ascontiguousarray(A.data, dtype=np.float64),
     )
 
 
@@ -76,8 +82,11 @@ def row_defect_any(A, begin, end, load, u, i, r):
 
 
 @lru_cache
-def gauss_seidel(size: int):
-    """Compile a sweep over the block rows in `order`: u_i += D_i^-1 (load - A u)_i, `inverse` (n, size, size) holding D_i^-1."""
+def gauss_seidel(size: int) -> Any:
+    """Compile a sweep over the block rows in `order`.
+
+    U_i += D_i^-1 (load - A u)_i, `inverse` (n, size, size) holding D_i^-1.
+    """
 
     @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
     def sweep(A, inverse, load, u, order):
@@ -99,11 +108,11 @@ def gauss_seidel(size: int):
 
 
 @lru_cache
-def sweep_from_zero(size: int):
-    """Compile a forward sweep for A z = r that starts from z = 0, and the defect it leaves, for the price of one product.
+def sweep_from_zero(size: int) -> Any:
+    """Compile a forward sweep for A z = r from z = 0, with its defect, for the price of one product.
 
-    Rows of A must be sorted, with diagonal blocks at the positions `middle` (n,): going up, only what lies left of the diagonal
-    counts; the defect is what lies right of it.
+    Rows of A must be sorted, with diagonal blocks at the positions `middle` (n,): going up, only what lies
+    left of the diagonal counts; the defect is what lies right of it.
     """
 
     @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
@@ -147,7 +156,7 @@ def diagonal_positions(A):
 
 
 @lru_cache
-def defect(size: int):
+def defect(size: int) -> Any:
     """Compile r = load - A u, with r, load and u of shape (n, size)."""
 
     @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
@@ -177,10 +186,10 @@ def diagonal_blocks(A, rows, diagonal):
 
 @njit(cache=True, error_model="numpy")
 def generalised_inverses(blocks, rows, inverses):
-    """Write into `inverses` G with B G B = B for the symmetric positive semi-definite `blocks` (n, d, d) of the given rows.
+    """Write G with B G B = B for the positive semi-definite `blocks` (n, d, d) of the given rows.
 
-    Gauss-Jordan with diagonal pivots, largest first; a pivot below 1e-13 of the largest is a direction in which
-    nothing resists, and gets a zero row and column.
+    Gauss-Jordan with diagonal pivots, largest first; a pivot below 1e-13 of the largest is a direction in
+    which nothing resists, and gets a zero row and column.
     """
     d = blocks.shape[1]
     done = np.empty(d, dtype=np.bool_)
@@ -210,7 +219,7 @@ def generalised_inverses(blocks, rows, inverses):
             for b in range(d):
                 G[pivot, b] *= scale
             G[pivot, pivot] = scale
-        # Gauss-Jordan leaves the skew signs of a sweep operator; undone pivots take no part
+        # directions without a pivot take no part
         for a in range(d):
             for b in range(d):
                 if not (done[a] and done[b]):

@@ -31,7 +31,8 @@ class BodyOnRoad:
     road : geometry.Road
         Its `closest` gives gap, normal and nearest point.
     boundary : str
-        Boundary of the body that may touch; nodes that a platen shares with it move with the platen and are left out.
+        Boundary of the body that may touch; nodes that a platen shares with it move with the platen and are
+        left out.
     friction : FrictionLaw, float or None
         A law, Coulomb's coefficient, or None for a frictionless road.
     reach : float, optional

@@ -1,12 +1,15 @@
-"""The paper's algorithm: visit each node, relax it, and put it in order with the road (figure 2 of the paper).
+"""The paper's algorithm.
 
-A node that is not a candidate is relaxed (eq. (9)). A candidate is relaxed as if it were free: if it then stays above
-the road it is free, and any tensile force on it is gone. If it would end below the road it is put back on the surface, g = 0. There it
-sticks, or, where that takes more than the friction law gives, slips, with the force at the law's bound, against the slip, and the pressure
-that of the slipped position. Each node's little problem is solved exactly.
+Visit each node, relax it, and put it in order with the road (figure 2 of the paper).
 
-Displacements are global; each candidate has a frame (rows: normal from the road into the body, then tangents) in which its block of A
-is kept as well, so that 2-D, 3-D and inclined roads share the code.
+A node that is not a candidate is relaxed (eq. (9)). A candidate is relaxed as if it were free: if it then
+stays above the road it is free, and any tensile force on it is gone. If it would end below the road it is put
+back on the surface, g = 0. There it sticks, or, where that takes more than the friction law gives, slips,
+with the force at the law's bound, against the slip, and the pressure that of the slipped position. Each
+node's little problem is solved exactly.
+
+Displacements are global; each candidate has a frame (rows: normal from the road into the body, then tangents)
+in which its block of A is kept as well, so that 2-D, 3-D and inclined roads share the code.
 """
 
 from functools import lru_cache
@@ -61,7 +64,10 @@ def frames(normal: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy")
 def put_back(contact, c, inverse, r, u):
-    """Relax candidate `c` with defect `r`; where it penetrates, return it to the surface by the normal force that takes. Return the status."""
+    """Relax candidate `c` with defect `r`.
+
+    Where it penetrates, return it to the surface by the normal force that takes. Return the status.
+    """
     i = contact.nodes[c]
     d = r.size
     gap = contact.gap[c]
@@ -85,7 +91,10 @@ def put_back(contact, c, inverse, r, u):
 
 @njit(cache=True, error_model="numpy")
 def place_on_surface(contact, c, u):
-    """Set the normal displacement of candidate `c` to exactly minus its gap; its tangential displacement stays."""
+    """Set the normal displacement of candidate `c` to exactly minus its gap.
+
+    Its tangential displacement stays.
+    """
     i = contact.nodes[c]
     normal = contact.frame[c, 0]
     along = 0.0
@@ -97,7 +106,7 @@ def place_on_surface(contact, c, u):
 
 @njit(cache=True, error_model="numpy")
 def place_all_on_surface(contact, u, status):
-    """Put every candidate that is below the road, or that `status` (n,) holds in contact, exactly on the surface; update the status."""
+    """Put every candidate below the road, or held by `status` (n,), on the surface; update `status`."""
     for c in range(status.size):
         gap = contact.gap[c]
         for a in range(u.shape[1]):
@@ -109,7 +118,10 @@ def place_all_on_surface(contact, u, status):
 
 @njit(cache=True, error_model="numpy")
 def stick_or_slip(contact, c, inverse, r, u, bound, slip_rate):
-    """Relax candidate `c` with defect `r` (both overwritten) under friction: free, stick or slip, exactly. Return the status."""
+    """Relax candidate `c` with defect `r` (both overwritten) under friction: free, stick or slip, exactly.
+
+    Return the status.
+    """
     i = contact.nodes[c]
     d = r.size
     gap = contact.gap[c]
@@ -157,10 +169,12 @@ def stick_or_slip(contact, c, inverse, r, u, bound, slip_rate):
 
 @njit(cache=True, error_model="numpy")
 def slip_2d(D, force, tangential, bound, slip_rate, state, slip):
-    """Slip m >= 0 against the friction force: |f_t| - D_tt m = bound(p - s D_nt m, m), s the sign of the sticking force f_t.
+    """Slip m >= 0 against the friction force.
 
-    The left side falls to zero at m = |f_t| / D_tt, where the bound is >= 0, so a root lies in between; for Coulomb's law the
-    equation is linear and one secant step is exact.
+    |f_t| - D_tt m = bound(p - s D_nt m, m), s the sign of the sticking force f_t.
+
+    The left side falls to zero at m = |f_t| / D_tt, where the bound is >= 0, so a root lies in between; for
+    Coulomb's law the equation is linear and one secant step is exact.
     """
     sign = 1.0 if force[1] > 0.0 else -1.0
 
@@ -190,8 +204,9 @@ def slip_2d(D, force, tangential, bound, slip_rate, state, slip):
 def slip_3d(D, force, bound, slip_rate, state, slip):
     """Slip w of a node on the friction disc: f_t + D_tt w = -bound(p + d . w, |w|) w/|w|, with d = D_nt.
 
-    With k the ratio of friction force to slip, (D_tt + k I) w = -f_t; k runs over [0, inf) and is found by bisection-guarded
-    secant steps in x = k/(k + scale), where both ends have opposite signs for any friction law.
+    With k the ratio of friction force to slip, (D_tt + k I) w = -f_t; k runs over [0, inf) and is found by
+    bisection-guarded secant steps in x = k/(k + scale), where both ends have opposite signs for any friction
+    law.
     """
     scale = 0.5 * (D[1, 1] + D[2, 2])
     low, high = 0.0, 1.0
@@ -226,8 +241,9 @@ def slip_3d(D, force, bound, slip_rate, state, slip):
 def contact_sweeps(dim: int, friction: bool) -> Any:
     """Compile the loop for blocks of `dim`; without friction its code is not part of it.
 
-    The result is sweeps(count, A, inverse, load, u, order, contact, status, bound, slip_rate): `count` sweeps over the nodes in
-    `order`, updating u (N, d) and status (n,) in place. `bound` is the friction law's function (None without friction).
+    The result is sweeps(count, A, inverse, load, u, order, contact, status, bound, slip_rate): `count` sweeps
+    over the nodes in `order`, updating u (N, d) and status (n,) in place. `bound` is the friction law's
+    function (None without friction).
     """
 
     @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)

@@ -4,11 +4,11 @@ A law is one small compiled function
 
     bound(pressure, slip, state) -> largest tangential force,
 
-with `pressure` the nodal contact force (>= 0), `slip` the length of the node's slip in the step, times the `slip_rate` of
-the solve (1 for increments; 1/dt turns it into a speed), and `state` 1.0 where the node was slipping at the end of the
-last step, else 0.0. A node sticks while its tangential force stays below bound(p, 0, state); otherwise it slips, and the
-force equals bound(p, slip, state) and opposes the slip. The loop calls laws through their address: one compiled loop serves them all,
-and a frictionless scene compiles none of it.
+with `pressure` the nodal contact force (>= 0), `slip` the length of the node's slip in the step, times the
+`slip_rate` of the solve (1 for increments; 1/dt turns it into a speed), and `state` 1.0 where the node was
+slipping at the end of the last step, else 0.0. A node sticks while its tangential force stays below bound(p,
+0, state); otherwise it slips, and the force equals bound(p, slip, state) and opposes the slip. The loop calls
+laws through their address: one compiled loop serves them all, and a frictionless scene compiles none of it.
 """
 
 from math import exp, isfinite
@@ -41,7 +41,10 @@ class FrictionLaw:
 
     @property
     def address(self) -> int:
-        """Where the compiled function lies in memory: what the loop gets, since an integer costs nothing to pass."""
+        """Where the compiled function lies in memory.
+
+        What the loop gets, since an integer costs nothing to pass.
+        """
         return self.bound.address
 
     def __repr__(self) -> str:
@@ -70,8 +73,8 @@ def friction_law(function: Any, coefficient: float = 0.0) -> FrictionLaw:
     Parameters
     ----------
     function : callable
-        Plain Python arithmetic on three floats; numba compiles it. Its value must be finite and >= 0, and must not
-        exceed what it is at zero slip by more than the elastic body can follow.
+        Plain Python arithmetic on three floats; numba compiles it. Its value must be finite and >= 0, and
+        must not exceed what it is at zero slip by more than the elastic body can follow.
     coefficient : float
         Coefficient of friction at rest, used only to judge whether the road can hold the body.
 
@@ -114,8 +117,8 @@ def coulomb(mu: float) -> FrictionLaw:
 def static_kinetic(mu_static: float, mu_kinetic: float) -> FrictionLaw:
     """Different coefficients at rest and in motion: |tau| <= mu_s p at rest, mu_k p in slip.
 
-    A node that slipped in the last step needs only mu_k p to go on (Amontons-Coulomb with a static coefficient; Rabinowicz,
-    Friction and Wear of Materials, 1965).
+    A node that slipped in the last step needs only mu_k p to go on (Amontons-Coulomb with a static
+    coefficient; Rabinowicz, Friction and Wear of Materials, 1965).
 
     Parameters
     ----------
@@ -140,14 +143,17 @@ def static_kinetic(mu_static: float, mu_kinetic: float) -> FrictionLaw:
 
 
 def viscous(mu: float, viscosity: float) -> FrictionLaw:
-    """Coulomb friction with a viscous part, |tau| <= mu p + c v (Olsson et al., European Journal of Control 4, 1998, eq. (4)).
+    """Coulomb friction with a viscous part, |tau| <= mu p + c v.
+
+    Olsson et al., European Journal of Control 4, 1998, eq. (4).
 
     Parameters
     ----------
     mu : float
         Coefficient of friction, >= 0; 0 leaves a purely viscous film.
     viscosity : float
-        c, force of one node per unit of slip speed (of slip increment where slip_rate = 1), >= 0; it acts on nodes in contact only.
+        c, force of one node per unit of slip speed (of slip increment where slip_rate = 1), >= 0; it acts on
+        nodes in contact only.
 
     Raises
     ------
@@ -196,4 +202,6 @@ def stribeck(mu_static: float, mu_kinetic: float, speed: float, viscosity: float
         mu = mu_kinetic + (mu_static - mu_kinetic) * exp(-((slip / speed) ** 2))
         return mu * pressure + (viscosity * slip if pressure > 0.0 else 0.0)
 
-    return FrictionLaw(bound, f"Stribeck(mu_s={mu_static:g}, mu_k={mu_kinetic:g}, v_s={speed:g}, c={viscosity:g})", mu_static)
+    return FrictionLaw(
+        bound, f"Stribeck(mu_s={mu_static:g}, mu_k={mu_kinetic:g}, v_s={speed:g}, c={viscosity:g})", mu_static
+    )

@@ -1,8 +1,11 @@
-"""Coarse matrices for multigrid: block prolongations, Galerkin products, and their repair when a few nodes change.
+"""Coarse matrices for multigrid.
 
-A prolongation is a `BlockMatrix` with blocks (d, c) that give the unknowns of a fine node from those of a coarse one; the coarse matrix is
-P^T A P. Where contact or a support holds unknowns, the rows of the finest P are truncated there (Kornhuber 1994; Graeser and Kornhuber
-2009), and only the rows of the coarse matrices that see a changed node are computed anew.
+Block prolongations, Galerkin products, and their repair when a few nodes change.
+
+A prolongation is a `BlockMatrix` with blocks (d, c) that give the unknowns of a fine node from those of a
+coarse one; the coarse matrix is P^T A P. Where contact or a support holds unknowns, the rows of the finest P
+are truncated there (Kornhuber 1994; Graeser and Kornhuber 2009), and only the rows of the coarse matrices
+that see a changed node are computed anew.
 """
 
 from dataclasses import dataclass
@@ -17,7 +20,10 @@ from .blocks import REORDER_SUMS, BlockMatrix, diagonal_blocks, diagonal_positio
 
 
 class Children(NamedTuple):
-    """The transpose of a prolongation: fine rows `row` and positions `entry` in P.data, by coarse node through `indptr`."""
+    """The transpose of a prolongation.
+
+    Fine rows `row` and positions `entry` in P.data, by coarse node through `indptr`.
+    """
 
     indptr: np.ndarray
     row: np.ndarray
@@ -26,7 +32,10 @@ class Children(NamedTuple):
 
 @dataclass
 class Level:
-    """One mesh of the hierarchy: its matrix, inverses and positions of the diagonal blocks, and the way to the next coarser mesh."""
+    """One mesh of the hierarchy.
+
+    Its matrix, inverses and positions of the diagonal blocks, and the way to the next coarser mesh.
+    """
 
     A: BlockMatrix
     inverse: np.ndarray
@@ -186,7 +195,7 @@ def coarsen(level: Level, P: BlockMatrix, coarse_nodes: int) -> Level:
 
 
 def recompute(fine: Level, coarse: Level, rows: np.ndarray) -> None:
-    """Compute the given block rows of the coarse matrix, and the inverses of their diagonal blocks, from the fine level."""
+    """Compute the given block rows of the coarse matrix from the fine level, and invert their diagonals."""
     fine.transfers.galerkin_rows(fine.A, fine.P, fine.children, rows, coarse.A)
     diagonal_blocks(coarse.A, rows, coarse.inverse)
     generalised_inverses(coarse.inverse, rows, coarse.inverse)

@@ -1,8 +1,9 @@
 """Quasi-static load paths: friction remembers, so loads are applied step by step.
 
-Within a step a node sticks at the tangential position it had at the end of the last step. That holds as well for a node that touches
-only within the step: it sticks where it was at the step's beginning, not where it was at the instant of touching. The error of that is first
-order in the size of the step; how the answer converges with the number of steps is shown by the demos.
+Within a step a node sticks at the tangential position it had at the end of the last step. That holds as well
+for a node that touches only within the step: it sticks where it was at the step's beginning, not where it was
+at the instant of touching. The error of that is first order in the size of the step; how the answer converges
+with the number of steps is shown by the demos.
 """
 
 from collections.abc import Iterable, Iterator
@@ -14,7 +15,9 @@ from .contact_loop import SLIP
 from .solve import ContactSolver, Solution
 
 
-def follow(solver: ContactSolver, loads: Iterable[np.ndarray], tolerance: float = 1e-10, **options: Any) -> Iterator[Solution]:
+def follow(
+    solver: ContactSolver, loads: Iterable[np.ndarray], tolerance: float = 1e-10, **options: Any
+) -> Iterator[Solution]:
     """Solve for one load after the other, each from the last solution, sticking where the last step ended.
 
     Parameters
@@ -37,7 +40,12 @@ def follow(solver: ContactSolver, loads: Iterable[np.ndarray], tolerance: float 
     reference, start, status = solver.problem.tangential_reference, None, None
     for b in loads:
         solution = solver.solve(
-            b, tangential_reference=reference, start=start, start_status=status, tolerance=tolerance, **options
+            b,
+            tangential_reference=reference,
+            start=start,
+            start_status=status,
+            tolerance=tolerance,
+            **options,
         )
         yield solution
         start, status = solution.displacement, solution.status

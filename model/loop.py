@@ -1,4 +1,7 @@
-"""The node loop with its arrays: one object that relaxes, judges, and is used on fine, coarse and condensed problems alike."""
+"""The node loop with its arrays.
+
+One object that relaxes, judges, and is used on fine, coarse and condensed problems alike.
+"""
 
 from time import perf_counter
 from typing import Any
@@ -36,7 +39,9 @@ class NodeLoop:
         What is missing from equilibrium, and the admissible contact forces, at the last call of `residual`.
     """
 
-    def __init__(self, A: BlockMatrix, contact_nodes: Any, normal: Any, friction: FrictionLaw | None, order: Any = None):
+    def __init__(
+        self, A: BlockMatrix, contact_nodes: Any, normal: Any, friction: FrictionLaw | None, order: Any = None
+    ):
         N, d = A.indptr.size - 1, A.data.shape[1]
         self.A, self.friction, self.shape = A, friction, (N, d)
         self.order = node_order(order, N)
@@ -64,18 +69,40 @@ class NodeLoop:
         self.frame = frames(np.asarray(normal, dtype=np.float64))
         self.block = np.einsum("cab,cbe,cfe->caf", self.frame, self.diagonal[self.nodes], self.frame)
 
-    def aim(self, b: np.ndarray, gap: np.ndarray, reference: np.ndarray | None = None, state: np.ndarray | None = None) -> None:
-        """Set what changes from step to step: load (N, d), gap (n,), stick position (n, d; global), state of slip (n,)."""
+    def aim(
+        self,
+        b: np.ndarray,
+        gap: np.ndarray,
+        reference: np.ndarray | None = None,
+        state: np.ndarray | None = None,
+    ) -> None:
+        """Set what changes from step to step.
+
+        Load (N, d), gap (n,), stick position (n, d; global), state of slip (n,).
+        """
         n, d = self.force.shape
         self.b = b
-        local = np.zeros((n, d - 1)) if reference is None else np.einsum("cab,cb->ca", self.frame[:, 1:], reference)
+        local = (
+            np.zeros((n, d - 1))
+            if reference is None
+            else np.einsum("cab,cb->ca", self.frame[:, 1:], reference)
+        )
         self.contact = Candidates(
-            self.nodes, self.number, self.frame, self.block, gap, local, np.zeros(n) if state is None else state
+            self.nodes,
+            self.number,
+            self.frame,
+            self.block,
+            gap,
+            local,
+            np.zeros(n) if state is None else state,
         )
         self.load_size = float(np.linalg.norm(b[self.loaded] if self.lone.any() else b))
 
     def start(self, u: np.ndarray, status: np.ndarray | None = None) -> np.ndarray:
-        """Make `u` (N, d) admissible in place: prescribed unknowns at their values, no node below the road. Return the status (n,)."""
+        """Make `u` (N, d) admissible in place: prescribed unknowns at their values, no node below the road.
+
+        Return the status (n,).
+        """
         if self.lone.any():
             diagonal = np.einsum("iaa->ia", self.diagonal)
             u[self.lone] = self.b[self.lone] / diagonal[self.lone]
@@ -88,7 +115,16 @@ class NodeLoop:
         """Sweep `count` times over all nodes, updating u (N, d) and status (n,) in place."""
         begin = perf_counter()
         self._sweeps(
-            count, self.A, self.inverse, self.b, u, self.order, self.contact, status, self._bound, self.slip_rate
+            count,
+            self.A,
+            self.inverse,
+            self.b,
+            u,
+            self.order,
+            self.contact,
+            status,
+            self._bound,
+            self.slip_rate,
         )
         self.sweeps += count
         self.seconds_of_passes += perf_counter() - begin
@@ -126,7 +162,9 @@ class NodeLoop:
 
 
 def place_and_stick(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
-    """Put whatever is below the road back on it after a correction of u (N, d): who touches sticks a priori, and the loop decides.
+    """Put whatever is below the road back on it after a correction of u (N, d).
+
+    Who touches sticks a priori, and the loop decides.
 
     The status (n,) is updated in place.
     """
@@ -139,7 +177,10 @@ def place_and_stick(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
 
 @njit(cache=True)
 def lone_unknowns(A):
-    """Which unknowns (N, d) are alone in their row: prescribed ones, whose value is load over diagonal entry."""
+    """Which unknowns (N, d) are alone in their row.
+
+    Prescribed ones, whose value is load over diagonal entry.
+    """
     d = A.data.shape[1]
     lone = np.ones((A.indptr.size - 1, d), dtype=np.bool_)
     for i in range(lone.shape[0]):

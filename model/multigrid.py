@@ -1,9 +1,13 @@
-"""The correction `multigrid`: the node loop decides, truncated multigrid removes the smooth error that relaxation cannot.
+"""The correction `multigrid`.
 
-Each round: the loop sweeps the finest mesh and decides contact, stick and slip; conjugate gradients preconditioned by one V-cycle then solve for the
-unknowns that are linear at present (free nodes whole, slip nodes along the surface, their friction force held); nodes that would
-penetrate are put back on the road. Coarse matrices are truncated where the finest mesh is held, and repaired only around nodes
-whose status changed. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the paper's loop as the non-linear smoother.
+The node loop decides, truncated multigrid removes the smooth error that relaxation cannot.
+
+Each round: the loop sweeps the finest mesh and decides contact, stick and slip; conjugate gradients
+preconditioned by one V-cycle then solve for the unknowns that are linear at present (free nodes whole, slip
+nodes along the surface, their friction force held); nodes that would penetrate are put back on the road.
+Coarse matrices are truncated where the finest mesh is held, and repaired only around nodes whose status
+changed. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the paper's loop as the non-linear
+smoother.
 """
 
 from collections.abc import Sequence
@@ -16,7 +20,16 @@ from scipy.linalg.lapack import dpotrf
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
-from .blocks import REORDER_SUMS, BlockMatrix, defect, diagonal_positions, gauss_seidel, generalised_inverses, node_order, sweep_from_zero
+from .blocks import (
+    REORDER_SUMS,
+    BlockMatrix,
+    defect,
+    diagonal_positions,
+    gauss_seidel,
+    generalised_inverses,
+    node_order,
+    sweep_from_zero,
+)
 from .contact_loop import FREE, SLIP, STICK
 from .hierarchy import Level, coarsen, columns_of, nodal_prolongation, recompute
 from .loop import NodeLoop, place_and_stick
@@ -45,7 +58,8 @@ class Cycle:
             self.full_P = finest.P.data
             finest.P = finest.P._replace(data=finest.P.data.copy())
         coarser = [
-            replace(level, A=level.A._replace(data=level.A.data.copy()), inverse=level.inverse.copy()) for level in levels[1:]
+            replace(level, A=level.A._replace(data=level.A.data.copy()), inverse=level.inverse.copy())
+            for level in levels[1:]
         ]
         self.levels = [finest, *coarser]
         shapes = [level.inverse.shape[:2] for level in levels]
@@ -56,11 +70,15 @@ class Cycle:
         self.coarsest_inverse: np.ndarray | None = None
 
     def truncate(self, nodes: np.ndarray, blocks: np.ndarray, projectors: np.ndarray) -> None:
-        """Hold nodes (k,) of the finest mesh, with diagonal blocks (k, d, d), to the range of their projectors (k, d, d); repair the coarse matrices."""
+        """Hold nodes (k,) with diagonal blocks (k, d, d) to the ranges of their projectors (k, d, d).
+
+        Only the rows of the coarse matrices that see these nodes are computed anew.
+        """
         finest = self.levels[0]
         finest.inverse[nodes] = projected_inverses(blocks, projectors)
         self.coarsest_inverse = None
         if len(self.levels) == 1:
+            assert self.projectors is not None
             self.projectors[nodes] = projectors
             return
         truncate_rows(finest.P, self.full_P, nodes, projectors)
@@ -70,7 +88,10 @@ class Cycle:
             recompute(fine, coarse, changed)
 
     def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
-        """One V(1,1)-cycle for A z = r from z = 0, on level `number`; the result is overwritten by the next call."""
+        """One V(1,1)-cycle for A z = r from z = 0, on level `number`.
+
+        The result is overwritten by the next call.
+        """
         level, z = self.levels[number], self.corrections[number]
         if number == len(self.levels) - 1:
             if self.coarsest_inverse is None:
@@ -95,7 +116,7 @@ def projected_inverses(blocks: np.ndarray, projectors: np.ndarray) -> np.ndarray
 
 @njit(cache=True, error_model="numpy")
 def truncate_rows(P, full, nodes, projectors):
-    """Set the rows of P at the given nodes to their projectors times the rows of the `full` prolongation's data."""
+    """Set the rows of P at the given nodes to their projectors times the rows of the `full` data."""
     d, c = P.data.shape[1], P.data.shape[2]
     for n in range(nodes.size):
         for m in range(P.indptr[nodes[n]], P.indptr[nodes[n] + 1]):
@@ -108,15 +129,15 @@ def truncate_rows(P, full, nodes, projectors):
 
 
 def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None) -> np.ndarray:
-    """Inverse of a small matrix, between projectors (n, d, d) if given, on the space where it resists anything."""
+    """Inverse of a small matrix, between projectors (n, d, d) if given, where it resists anything."""
     n, d = A.indptr.size - 1, A.data.shape[1]
     full = np.zeros((n, d, n, d))
     rows = np.repeat(np.arange(n), np.diff(A.indptr).astype(np.int64))
     data = A.data if projectors is None else projectors[rows] @ A.data @ projectors[A.indices]
     full[rows, :, A.indices] = data
-    full = full.reshape(n * d, n * d)
-    supported = np.flatnonzero(full.diagonal() > 0.0)
-    inverse, inside = np.zeros_like(full), full[np.ix_(supported, supported)]
+    matrix = full.reshape(n * d, n * d)
+    supported = np.flatnonzero(matrix.diagonal() > 0.0)
+    inverse, inside = np.zeros_like(matrix), matrix[np.ix_(supported, supported)]
     factor, failed = dpotrf(inside, lower=True)
     pivots = factor.diagonal()
     if failed or np.any(pivots**2 < 1e-11 * inside.diagonal()):
@@ -138,7 +159,7 @@ def dot(x, y):
 
 @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
 def step_along(alpha, direction, product, x, r):
-    """x += alpha direction, r += alpha product, with product = -A direction; return the norm of r."""
+    """Do x += alpha direction, r += alpha product, with product = -A direction; return the norm of r."""
     s = 0.0
     for i in range(x.shape[0]):
         for a in range(x.shape[1]):
@@ -150,7 +171,7 @@ def step_along(alpha, direction, product, x, r):
 
 @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
 def turn_direction(beta, direction, z):
-    """direction = z + beta direction."""
+    """Do direction = z + beta direction."""
     for i in range(z.shape[0]):
         for a in range(z.shape[1]):
             direction[i, a] = z[i, a] + beta * direction[i, a]
@@ -166,7 +187,8 @@ class Multigrid:
     levels : list of Level
         This mesh and all coarser ones.
     coarser : CoarserMesh, optional
-        The same contact problem on the next coarser mesh, from which a first guess is taken (nested iteration).
+        The same contact problem on the next coarser mesh, from which a first guess is taken (nested
+        iteration).
     """
 
     name = "multigrid"
@@ -183,7 +205,7 @@ class Multigrid:
         self._defect = defect(d)
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record, nested: bool = False) -> None:
-        """Solve the problem the loop is aimed at, from an admissible u (N, d) and status (n,), both updated in place.
+        """Solve the problem the loop is aimed at, from an admissible u (N, d) and status (n,), in place.
 
         With `nested` and a coarser mesh, the coarser meshes find the first guess, from u on.
         """
@@ -208,12 +230,19 @@ class Multigrid:
             steady = 0 if self._truncate(status) else steady + 1
             self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
 
-    def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, damping: float) -> None:
-        """Solve for the unknowns that are linear at present, to a tenth while the contact set still changes; damped where sets flip."""
+    def _correct(
+        self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, damping: float
+    ) -> None:
+        """Solve for the unknowns that are linear at present, to a tenth while the contact set still changes.
+
+        Damped where sets flip.
+        """
         loop = self.loop
         scale = loop.load_size + float(np.linalg.norm(loop.force))
         self._project(loop.R)
-        wanted = max(0.1 * float(np.linalg.norm(loop.R)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
+        wanted = max(
+            0.1 * float(np.linalg.norm(loop.R)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale
+        )
         if loop.friction is not None and np.any(status == SLIP):
             record.cycles += self._with_friction(loop.R, wanted, u, status)
         else:
@@ -245,24 +274,32 @@ class Multigrid:
         r[self.loop.lone] = 0.0
 
     def _conjugate_gradients(self, r: np.ndarray, wanted: float) -> int:
-        """Set x with A x = r on what is linear, until the defect (in r) is below `wanted`; return the number of cycles."""
+        """Set x with A x = r on what is linear, until the defect (in r) is below `wanted`.
+
+        Return the number of cycles.
+        """
         x, direction, product = self.x, self.direction, self.product
         x[:], direction[:] = 0.0, 0.0
-        before = 1.0
-        for count in range(1, KRYLOV + 1):
+        before, cycles = 1.0, 0
+        while cycles < KRYLOV:
             z = self.cycle(r)
+            cycles += 1
             power = dot(r, z)
+            if power <= 0.0:  # nothing is missing from what is linear
+                break
             turn_direction(power / before, direction, z)
             before = power
             self._defect(self.loop.A, self.zero, direction, product)
             self._project(product)
             if step_along(-power / dot(direction, product), direction, product, x, r) <= wanted:
                 break
-        return count
-
+        return cycles
 
     def _with_friction(self, r: np.ndarray, wanted: float, u: np.ndarray, status: np.ndarray) -> int:
-        """Set x as `_conjugate_gradients` does, the friction of slipping nodes following their pressure: that makes A unsymmetric."""
+        """Set x as `_conjugate_gradients` does, the friction of slipping nodes following their pressure.
+
+        That makes A unsymmetric.
+        """
         loop, product = self.loop, self.product
         slipping = np.flatnonzero(status == SLIP)
         nodes, normal = loop.nodes[slipping], loop.frame[slipping, 0]
@@ -297,13 +334,14 @@ class Multigrid:
 
 
 def slip_force_by_pressure(loop: NodeLoop, u: np.ndarray, slipping: np.ndarray) -> np.ndarray:
-    """Change (k, d) of the friction force of the slipping candidates per unit of their pressure force, at the loop's last residual."""
+    """Change (k, d) of the friction force of slipping candidates per unit of pressure force."""
     force, frame = loop.force[slipping], loop.frame[slipping]
     p = np.einsum("ca,ca->c", frame[:, 0], force)
     tangential = force - p[:, None] * frame[:, 0]
     size = np.linalg.norm(tangential, axis=1)
     slip = np.einsum("cab,cb->ca", frame[:, 1:], u[loop.nodes[slipping]]) - loop.contact.reference[slipping]
     speed = loop.slip_rate * np.linalg.norm(slip, axis=1)
+    assert loop.friction is not None
     bound, state = loop.friction.bound.ctypes, loop.contact.state[slipping]
     rates = [
         (bound(1.000001 * q, m, s) - bound(q, m, s)) / (1e-6 * q) if q > 0.0 else 0.0
@@ -326,7 +364,9 @@ def free_directions(loop: NodeLoop, numbers: np.ndarray, status: np.ndarray) -> 
 
 
 class CoarserMesh:
-    """The contact problem on the next coarser mesh: where it takes its load and gaps from, and how its answer comes back.
+    """The contact problem on the next coarser mesh.
+
+    Where it takes its load and gaps from, and how its answer comes back.
 
     Parameters
     ----------
@@ -345,9 +385,13 @@ class CoarserMesh:
         self.copies = np.flatnonzero(single)  # fine candidates that are nodes of the coarser mesh
         nodes = at_candidates[self.copies].indices
         loop = NodeLoop(levels[1].A, nodes, fine.frame[self.copies, 0], fine.friction)
-        self.multigrid = Multigrid(loop, levels[1:], CoarserMesh(loop, levels[1:], weights[1:]) if len(weights) > 1 else None)
+        self.multigrid = Multigrid(
+            loop, levels[1:], CoarserMesh(loop, levels[1:], weights[1:]) if len(weights) > 1 else None
+        )
         self.weights = at_candidates[:, nodes]
-        self.between = np.abs(self.weights.sum(axis=1) - 1.0) < 1e-9  # fine candidates whose parents are all candidates
+        self.between = (
+            np.abs(self.weights.sum(axis=1) - 1.0) < 1e-9
+        )  # fine candidates whose parents are all candidates
 
     def turn(self, fine: NodeLoop) -> None:
         """Follow the new normals of the finer mesh."""

@@ -1,4 +1,7 @@
-"""The discrete contact problem: what the forms and the geometry hand to the contact loop, and what can be saved for other solvers."""
+"""The discrete contact problem.
+
+What the forms and the geometry hand to the contact loop, and what can be saved for other solvers.
+"""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,14 +17,15 @@ from .friction import FrictionLaw, coulomb
 
 @dataclass
 class ContactProblem:
-    """Find u with A u = b + contact forces, non-penetration and a friction law holding at every candidate node.
+    """Find u with A u = b + contact forces, non-penetration and a friction law at every candidate node.
 
     Units are the user's own, as long as they agree (N, mm and MPa, say). N nodes, n candidates, d = 2 or 3.
 
     Parameters
     ----------
     A : sparse (N d, N d)
-        Symmetric matrix, K in statics; a prescribed unknown keeps a row and column with a lone diagonal entry. Stored as `bsr_array`.
+        Symmetric matrix, K in statics; a prescribed unknown keeps a row and column with a lone diagonal
+        entry. Stored as `bsr_array`.
     b : (N, d) or (N d,)
         Nodal forces; diagonal entry times prescribed value at a prescribed unknown.
     coordinates : (N, d)
@@ -33,16 +37,18 @@ class ContactProblem:
     gap : (n,)
         Distance to the road along the normal at zero displacement, >= 0.
     friction : FrictionLaw, float or None
-        A law, Coulomb's coefficient, or None for a frictionless road.
+        A law, Coulomb's coefficient, or None for a frictionless road; kept as FrictionLaw or None.
     tangential_reference : (n, d), optional
         Displacement at which a node sticks; only its tangential part counts. Default zero.
     prolongations : sequence of sparse, optional
-        Nested meshes, finest first: prolongations[0] is (N, N_1), [1] is (N_1, N_2). Needed by geometric multigrid only.
+        Nested meshes, finest first: prolongations[0] is (N, N_1), [1] is (N_1, N_2). Needed by geometric
+        multigrid only.
 
     Raises
     ------
     ValueError
-        If shapes do not agree, a value is not finite, normals are not unit vectors, there are no candidates, or a candidate starts below the road.
+        If shapes do not agree, a value is not finite, normals are not unit vectors, there are no candidates,
+        or a candidate starts below the road.
     """
 
     A: Any
@@ -51,7 +57,7 @@ class ContactProblem:
     contact_nodes: np.ndarray
     normal: np.ndarray
     gap: np.ndarray
-    friction: FrictionLaw | float | None = None
+    friction: Any = None
     tangential_reference: np.ndarray | None = None
     prolongations: Any = ()
     dim: int = field(init=False)
@@ -64,7 +70,10 @@ class ContactProblem:
         if d not in (2, 3):
             raise ValueError(f"coordinates has {d} columns, but bodies have 2 or 3 dimensions.")
         if not issparse(self.A) or self.A.shape != (N * d, N * d):
-            raise ValueError(f"A must be a sparse ({N * d}, {N * d}) matrix for {N} nodes in {d}-D, but is {_describe(self.A)}.")
+            raise ValueError(
+                f"A must be a sparse ({N * d}, {N * d}) matrix for {N} nodes in {d}-D, "
+                f"but is {_describe(self.A)}."
+            )
         self.A = bsr_array(self.A, blocksize=(d, d))
         self.A.sort_indices()
         _finite("A", self.A.data)
@@ -72,13 +81,20 @@ class ContactProblem:
         self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
         n = self.contact_nodes.size
         if n == 0:
-            raise ValueError("contact_nodes is empty, but a contact problem needs at least one candidate node.")
-        if self.contact_nodes.min() < 0 or self.contact_nodes.max() >= N or np.unique(self.contact_nodes).size < n:
+            raise ValueError(
+                "contact_nodes is empty, but a contact problem needs at least one candidate node."
+            )
+        if (
+            self.contact_nodes.min() < 0
+            or self.contact_nodes.max() >= N
+            or np.unique(self.contact_nodes).size < n
+        ):
             raise ValueError(f"contact_nodes must name different nodes from 0 to {N - 1}, each once.")
         self.normal = _shaped("normal", self.normal, (n, d))
         lengths = np.linalg.norm(self.normal, axis=1)
-        if np.any(np.abs(lengths - 1.0) > 1e-9):
-            raise ValueError(f"normal must hold unit vectors, but one has length {lengths[np.argmax(np.abs(lengths - 1))]:g}.")
+        worst = lengths[np.argmax(np.abs(lengths - 1.0))]
+        if abs(worst - 1.0) > 1e-9:
+            raise ValueError(f"normal must hold unit vectors, but one has length {worst:g}.")
         self.gap = self.checked_gap(self.gap)
         if self.friction is not None and not isinstance(self.friction, FrictionLaw):
             self.friction = coulomb(self.friction)
@@ -88,11 +104,20 @@ class ContactProblem:
         rows = N
         for level, P in enumerate(self.prolongations):
             if P.shape[0] != rows:
-                raise ValueError(f"prolongations[{level}] has {P.shape[0]} rows, but the finer mesh has {rows} nodes.")
+                raise ValueError(
+                    f"prolongations[{level}] has {P.shape[0]} rows, but the finer mesh has {rows} nodes."
+                )
             rows = P.shape[1]
 
+    @property
+    def friction_coefficient(self) -> float:
+        """Coefficient of friction at rest; 0 without friction."""
+        return self.friction.coefficient if isinstance(self.friction, FrictionLaw) else 0.0
+
     def checked_gap(self, gap: np.ndarray) -> np.ndarray:
-        """Return `gap` (n,) with rounding errors below zero cut off; refuse nodes that truly start below the road.
+        """Return `gap` (n,) with rounding errors below zero cut off.
+
+        Refuse nodes that truly start below the road.
 
         Raises
         ------
@@ -104,15 +129,17 @@ class ContactProblem:
         worst = int(np.argmin(gap))
         if gap[worst] < -1e-12 * size:
             raise ValueError(
-                f"Node {self.contact_nodes[worst]} starts {-gap[worst]:g} below the road; move the body or the road so that every gap is >= 0."
+                f"Node {self.contact_nodes[worst]} starts {-gap[worst]:g} below the road; "
+                "move the body or the road so that every gap is >= 0."
             )
         return np.maximum(gap, 0.0)
 
     def save(self, path: str | Path, solution: Any = None) -> None:
         """Write the problem, and the solution if given, to one `.npz` file that any other solver can read.
 
-        Keys: indptr, indices, data (scalar CSR of A, unknowns interleaved), load, coordinates, contact_nodes, normal, gap,
-        friction_coefficient, tangential_reference, and with a solution displacement (N, d) and contact_force (n, d).
+        Keys: indptr, indices, data (scalar CSR of A, unknowns interleaved), load, coordinates, contact_nodes,
+        normal, gap, friction_coefficient, tangential_reference, and with a solution displacement (N, d) and
+        contact_force (n, d).
 
         Parameters
         ----------
@@ -131,7 +158,7 @@ class ContactProblem:
             "contact_nodes": self.contact_nodes,
             "normal": self.normal,
             "gap": self.gap,
-            "friction_coefficient": np.float64(0.0 if self.friction is None else self.friction.coefficient),
+            "friction_coefficient": np.float64(self.friction_coefficient),
             "tangential_reference": self.tangential_reference,
         }
         if solution is not None:
@@ -159,7 +186,9 @@ class ContactProblem:
         except FileNotFoundError:
             raise
         except (OSError, KeyError, ValueError, BadZipFile, EOFError, TypeError, AttributeError) as error:
-            raise ValueError(f"{path} is not a contact problem saved by ContactProblem.save: {error}") from None
+            raise ValueError(
+                f"{path} is not a contact problem saved by ContactProblem.save: {error}"
+            ) from None
         return cls(A=A, friction=mu if mu > 0.0 else None, **arrays)
 
 

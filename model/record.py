@@ -9,7 +9,10 @@ from tqdm import tqdm
 
 
 class NotConverged(RuntimeError):
-    """The solve ended above its tolerance; `residual`, `history`, `sweeps` and `cycles` say how far it came."""
+    """The solve ended above its tolerance.
+
+    `residual`, `history`, `sweeps` and `cycles` say how far it came.
+    """
 
     def __init__(self, message: str, record: "Record"):
         super().__init__(message)
@@ -44,7 +47,9 @@ class Record:
 
     def __post_init__(self) -> None:
         """Open the bar, unseen for two seconds and wherever the output is not a terminal."""
-        self.bar = tqdm(desc="contact", unit=" tests", delay=2, leave=False, disable=None if self.progress else True)
+        self.bar = tqdm(
+            desc="contact", unit=" tests", delay=2, leave=False, disable=None if self.progress else True
+        )
 
     def finished(self, residual: float) -> bool:
         """Note a residual; True when it is below the tolerance.
@@ -70,7 +75,8 @@ class Record:
         """Raise NotConverged with the residual, the counts and the reason."""
         self.bar.close()
         raise NotConverged(
-            f"No convergence: {why}; natural residual {self.history[-1]:.2e} (best {np.nanmin(self.history):.2e}) against "
-            f"tolerance {self.tolerance:.1e} after {self.sweeps()} sweeps and {self.cycles} cycles.",
+            f"No convergence: {why}; natural residual {self.history[-1]:.2e} "
+            f"(best {np.nanmin(self.history):.2e}) against tolerance {self.tolerance:.1e} "
+            f"after {self.sweeps()} sweeps and {self.cycles} cycles.",
             self,
         )

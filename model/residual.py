@@ -1,13 +1,15 @@
-"""The natural residual: one number that says how far a displacement is from the solution of the contact problem.
+"""The natural residual.
 
-For given displacements the road's force on each candidate is taken as the admissible one nearest to what equilibrium asks for
-(p >= 0, p = 0 away from the road, |tau| <= bound): the projections of the natural map,
+One number that says how far a displacement is from the solution of the contact problem.
+
+For given displacements the road's force on each candidate is taken as the admissible one nearest to what
+equilibrium asks for (p >= 0, p = 0 away from the road, |tau| <= bound): the projections of the natural map,
 
     p   = max(0, -r_n - D_nn g),        tau = projection of (-r_t - D_tt s) onto the friction disc,
 
-with r = load - A u the defect of the node without the road, g its gap and s its slip. What is then missing from equilibrium,
-R = r + f, vanishes exactly where all of equilibrium, g >= 0, p >= 0, p g = 0 and the friction law hold. Its norm over that of the
-forces at work is dimensionless.
+with r = load - A u the defect of the node without the road, g its gap and s its slip. What is then missing
+from equilibrium, R = r + f, vanishes exactly where all of equilibrium, g >= 0, p >= 0, p g = 0 and the
+friction law hold. Its norm over that of the forces at work is dimensionless.
 """
 
 from functools import lru_cache
@@ -67,7 +69,7 @@ def natural_residual(dim: int, friction: bool) -> Any:
 
 @njit(cache=True, error_model="numpy")
 def admissible_traction(contact, c, u, p, sticks, bound, slip_rate, local):
-    """Replace the tangential reaction in `local` by its projection onto the friction disc of pressure p and the present slip."""
+    """Replace the tangential reaction in `local` by its projection onto the friction disc of pressure p."""
     d = local.size
     i = contact.nodes[c]
     stiffness = 0.0

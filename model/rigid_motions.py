@@ -8,7 +8,10 @@ from .contact_loop import frames
 
 
 def rigid_motions(coordinates: np.ndarray) -> np.ndarray:
-    """Translations and small rotations about the centre, scaled to the body's size: (N, d, 3) in 2-D, (N, d, 6) in 3-D."""
+    """Translations and small rotations about the centre, scaled to the body's size.
+
+    (N, d, 3) in 2-D, (N, d, 6) in 3-D.
+    """
     N, d = coordinates.shape
     x = coordinates - coordinates.mean(axis=0)
     x = x / (np.abs(x).max() or 1.0)
@@ -25,8 +28,8 @@ def rigid_motions(coordinates: np.ndarray) -> np.ndarray:
 def unheld_motions(A: bsr_array, coordinates: np.ndarray) -> np.ndarray:
     """Rigid motions that cost no energy in A, as columns (N d, m) with 0 <= m <= 3 or 6.
 
-    A motion counts as free where its energy is below 1e-13 of what it would cost if every node moved alone: above rounding, and
-    below any real support, which resists at least at one node.
+    A motion counts as free where its energy is below 1e-13 of what it would cost if every node moved alone:
+    above rounding, and below any real support, which resists at least at one node.
     """
     N, d = coordinates.shape
     motions = rigid_motions(coordinates).reshape(N * d, -1)
@@ -41,10 +44,13 @@ def unheld_motions(A: bsr_array, coordinates: np.ndarray) -> np.ndarray:
 def nodes_that_hold(
     A: bsr_array, b: np.ndarray, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray, mu: float
 ) -> np.ndarray:
-    """Find candidates that can hold the body against its load where A alone does not; refuse a load that nothing can hold.
+    """Find candidates that can hold the body against its load where A alone does not.
 
-    Every rigid motion r with A r = 0 must be balanced by forces of the road, sum f_i . r_i = -b . r, with f_i in the friction cones. (In 3-D
-    the cones are replaced by pyramids of eight edges around them: a load just outside the cones is left for the solver to find out.)
+    Refuse a load that nothing can hold.
+
+    Every rigid motion r with A r = 0 must be balanced by forces of the road, sum f_i . r_i = -b . r, with f_i
+    in the friction cones. (In 3-D the cones are replaced by pyramids of eight edges around them: a load just
+    outside the cones is left for the solver to find out.)
 
     Parameters
     ----------
@@ -60,7 +66,7 @@ def nodes_that_hold(
 
     Returns
     -------
-    (k,) numbers of a few candidates, far apart, that balance the load between them; none where A holds the body by itself.
+    (k,) numbers of a few candidates, far apart, that balance the load; none where A holds the body.
 
     Raises
     ------
@@ -79,7 +85,8 @@ def nodes_that_hold(
     if resisted < motions.shape[1]:
         motion = (motions @ directions[:, resisted]).reshape(-1, d)
         raise ValueError(
-            f"Neither supports nor the road resist {_in_words(motion)}; fix the body against it or give the road friction."
+            f"Neither supports nor the road resist {_in_words(motion)}; "
+            "fix the body against it or give the road friction."
         )
     wanted = -(motions.T @ b.ravel())
     holding = spread_candidates(coordinates[nodes], d)

@@ -75,7 +75,7 @@ class Relaxation:
         self.loop = loop
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record, nested: bool = False) -> None:
-        """Sweep until the natural residual is below the tolerance, testing it every hundred sweeps once that is rare enough."""
+        """Sweep until the natural residual, tested at most every hundred sweeps, is below the tolerance."""
         count = 1
         while not record.finished(self.loop.residual(u, status)):
             self.loop.sweep(u, status, count)
@@ -86,7 +86,7 @@ class Relaxation:
 
 
 class ContactSolver:
-    """Solves one contact problem for any sequence of loads, gaps and stick positions, keeping what can be kept.
+    """Solves one contact problem for any loads, gaps and stick positions, keeping what can be kept.
 
     Parameters
     ----------
@@ -102,10 +102,13 @@ class ContactSolver:
     Raises
     ------
     ValueError
-        If the correction is unknown or cannot be had, the order is not a permutation, or nothing can hold the body against the load.
+        If the correction is unknown or cannot be had, the order is not a permutation, or nothing can hold the
+        body against the load.
     """
 
-    def __init__(self, problem: ContactProblem, correction: str = "auto", order: Any = None, progress: bool = True):
+    def __init__(
+        self, problem: ContactProblem, correction: str = "auto", order: Any = None, progress: bool = True
+    ):
         if correction not in CORRECTIONS:
             raise ValueError(f"correction is {correction!r}, but it must be one of {', '.join(CORRECTIONS)}.")
         N = problem.coordinates.shape[0]
@@ -113,9 +116,13 @@ class ContactSolver:
             raise ValueError(f"order must be a permutation of 0, ..., {N - 1}.")
         began = perf_counter()
         self.problem, self.progress = problem, progress
-        mu = 0.0 if problem.friction is None else problem.friction.coefficient
         self.holding = nodes_that_hold(
-            problem.A, problem.b, problem.coordinates, problem.contact_nodes, problem.normal, mu
+            problem.A,
+            problem.b,
+            problem.coordinates,
+            problem.contact_nodes,
+            problem.normal,
+            problem.friction_coefficient,
         )
         A = block_matrix(problem.A)
         self.loop = NodeLoop(A, problem.contact_nodes, problem.normal, problem.friction, order)
@@ -135,7 +142,8 @@ class ContactSolver:
         if correction == "multigrid":
             if not problem.prolongations:
                 raise ValueError(
-                    "correction is 'multigrid', but the problem has no prolongations; use a body of nested meshes, or 'algebraic'."
+                    "correction is 'multigrid', but the problem has no prolongations; "
+                    "use a body of nested meshes, or 'algebraic'."
                 )
             return geometric(loop, problem.prolongations)
         if correction == "algebraic":
@@ -143,7 +151,10 @@ class ContactSolver:
         return Condensation(problem.A, loop, self.holding)
 
     def turn(self, normal: np.ndarray, gap: np.ndarray) -> None:
-        """Give every candidate a new plane: its unit normal (n, d), and its distance (n,) at zero displacement, of any sign."""
+        """Give every candidate a new plane.
+
+        Its unit normal (n, d), and its distance (n,) at zero displacement, of any sign.
+        """
         self.loop.turn(normal)
         self.gap = np.asarray(gap, dtype=np.float64)
         self.correction.turn()
@@ -222,14 +233,19 @@ class ContactSolver:
 
 
 def choose(problem: ContactProblem) -> str:
-    """Pick the correction for `auto`: multigrid on large nested meshes, direct where a factorisation is cheap, else algebraic."""
+    """Pick the correction for `auto`.
+
+    Multigrid on large nested meshes, direct where a factorisation is cheap, else algebraic.
+    """
     N, d = problem.coordinates.shape
     if problem.prolongations and N * d > MULTIGRID_PAYS:
         return "multigrid"
     return "direct" if N * d <= (DIRECT_PAYS if d == 2 else DIRECT_PAYS // 10) else "algebraic"
 
 
-def solve(problem: ContactProblem, correction: str = "auto", tolerance: float = 1e-10, **options: Any) -> Solution:
+def solve(
+    problem: ContactProblem, correction: str = "auto", tolerance: float = 1e-10, **options: Any
+) -> Solution:
     """Solve a contact problem once.
 
     Parameters
@@ -240,7 +256,8 @@ def solve(problem: ContactProblem, correction: str = "auto", tolerance: float = 
     tolerance : float
         Natural residual to reach.
     **options
-        `order` and `progress` of `ContactSolver`; `start`, `start_status`, `limit`, `slip_rate` of `ContactSolver.solve`.
+        `order` and `progress` of `ContactSolver`; `start`, `start_status`, `limit`, `slip_rate` of
+        `ContactSolver.solve`.
 
     Returns
     -------

@@ -22,5 +22,11 @@ def test_quick_report(tmp_path):
     assert depths == sorted(depths, reverse=True)
     assert depths[-1] > 0.0
     assert summary["cost"]["residual"] <= 1e-8
-    for name in ("algebraic_error.png", "error_against_run_time.png", "seconds_per_unknown.png", "hertz.xdmf", "problem.npz"):
+    for name in (
+        "algebraic_error.png",
+        "error_against_run_time.png",
+        "seconds_per_unknown.png",
+        "hertz.xdmf",
+        "problem.npz",
+    ):
         assert (out / name).stat().st_size > 1000

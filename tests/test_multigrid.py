@@ -1,4 +1,7 @@
-"""Multigrid: mesh independence, agreement with the other corrections, and its parts against what they stand for."""
+"""Multigrid.
+
+Mesh independence, agreement with the other corrections, and its parts against what they stand for.
+"""
 
 import numpy as np
 import pytest
@@ -7,7 +10,14 @@ from forms import Anisotropic, Elasticity, Isotropic, Support
 from geometry import Body, Plane, box, half_cylinder_nested, rectangle
 from model import ContactSolver, NotConverged, follow, solve
 from model.algebraic import algebraic
-from model.blocks import block_matrix, defect, diagonal_positions, gauss_seidel, generalised_inverses, sweep_from_zero
+from model.blocks import (
+    block_matrix,
+    defect,
+    diagonal_positions,
+    gauss_seidel,
+    generalised_inverses,
+    sweep_from_zero,
+)
 from model.body_on_road import BodyOnRoad
 from model.hierarchy import Level, coarsen, nodal_prolongation
 from model.loop import NodeLoop
@@ -108,9 +118,9 @@ def test_cycle_is_symmetric_and_positive():
     x, y = rng.normal(size=(2, *problem.b.shape))
     x[solver.loop.lone] = y[solver.loop.lone] = 0.0
     cycle = solver.correction.cycle
-    Mx, My = cycle(x).copy(), cycle(y).copy()
-    assert np.sum(Mx * y) == pytest.approx(np.sum(My * x), rel=1e-9)
-    assert np.sum(Mx * x) > 0.0
+    of_x, of_y = cycle(x).copy(), cycle(y).copy()
+    assert np.sum(of_x * y) == pytest.approx(np.sum(of_y * x), rel=1e-9)
+    assert np.sum(of_x * x) > 0.0
 
 
 @pytest.mark.parametrize("size", [2, 3, 6])
