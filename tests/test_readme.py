@@ -1,0 +1,25 @@
+"""The README's example runs as it stands and prints what the README says."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_example_prints_what_it_should(tmp_path):
+    code, said = re.findall(r"```python\n(.*?)```\n.*?```text\n(.*?)```", README, re.S)[0]
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[0] == said.splitlines()[0]
+    assert (tmp_path / "cylinder.xdmf").exists()
+
+
+def test_every_command_named_exists():
+    root = Path(__file__).parents[1]
+    for script in set(re.findall(r"demos/(\w+\.py)", README)):
+        assert (root / "demos" / script).exists(), script
