@@ -55,8 +55,8 @@ def tread_block(
     upwards = np.append(_steps(0, height, spacing), height + _steps(0, base, spacing)[1:])
     lines = [*(line for line, _ in across), upwards]
     counts = [len(line) - 1 for line in lines]
-    lattice = (rectangle if axes == 1 else box)(*map(float, counts), *counts)
-    place = np.rint(lattice.points).astype(int)
+    lattice = rectangle(1.0, 1.0, *counts) if axes == 1 else box(1.0, 1.0, 1.0, *counts)
+    place = np.rint(lattice.points * counts).astype(int)
     cell = place[lattice.cells].min(axis=1)  # column, (layer) and row of each cell
     empty = upwards[cell[:, -1]] < height * (1 - 1e-12)
     empty &= np.any([in_groove[cell[:, axis]] for axis, (_, in_groove) in enumerate(across)], axis=0)
@@ -69,7 +69,7 @@ def tread_block(
 
 
 def _lines(blocks: int, size: float, groove: float, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions of mesh lines across blocks and grooves, symmetric about 0, and which cells are grooves."""
+    """Return mesh lines across blocks and grooves, symmetric about 0, and which cells are in grooves."""
     length = blocks * size + (blocks - 1) * groove
     pieces, in_groove, start = [np.array([-length / 2])], [], -length / 2
     for piece in range(2 * blocks - 1):

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from .contact_loop import FREE
+from .contact_loop import FREE, STICK
 from .record import NotConverged, Record
 from .solve import ContactSolver, Solution
 
@@ -96,7 +96,8 @@ class CurvedContact:
         reference = (
             solver.problem.tangential_reference if tangential_reference is None else tangential_reference
         )
-        sticking = road.closest(points + reference)[2] - points
+        anchor = road.closest(points + reference)[2]  # where nodes stick
+        anchor_normal = road.closest(anchor)[1]
         _, self.normal, self.foot = road.closest(points if start is None else points + start[nodes])
         softness = 1.0 / np.einsum("caa->ca", solver.loop.diagonal[nodes]).mean(axis=1)
         turn, self.distances = np.zeros(points.shape), []
@@ -104,16 +105,18 @@ class CurvedContact:
         options["start"] = start
         while len(rounds) < ROUNDS:
             solver.turn(self.normal, np.einsum("ca,ca->c", self.normal, points - self.foot))
-            solution = solver.solve(tangential_reference=sticking, tolerance=tolerance, **options)
+            solution = solver.solve(tangential_reference=anchor - points, tolerance=tolerance, **options)
             rounds.append(solution)
             options |= {"start": solution.displacement, "start_status": solution.status}
             at, touching = points + solution.displacement[nodes], np.flatnonzero(solution.status != FREE)
             gap, normal, foot = road.closest(at)
+            sticks = solution.status == STICK
+            at[sticks], foot[sticks], normal[sticks] = anchor[sticks], anchor[sticks], anchor_normal[sticks]
             depth = (softness * solution.pressure_force)[touching]
             below = road.closest(at[touching] - depth[:, None] * self.normal[touching])
             _choose(touching, self.normal, normal, foot, below[1], below[2])
             before, turn = turn, normal - self.normal
-            softness[_overshoots(before, turn)] *= 2.0
+            softness *= _rescaled(before, turn)
             above = np.delete(gap, touching)
             self.distances.append(max(np.abs(gap[touching]).max(initial=0.0), -above.min(initial=0.0)))
             if (
@@ -153,9 +156,11 @@ def _choose(
     normal[touching[steadier]], foot[touching[steadier]] = normal_below[steadier], foot_below[steadier]
 
 
-def _overshoots(before: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Tell (n,) where a normal turned back by more than half of its last turn: that node is softer."""
-    return np.einsum("ca,ca->c", turn, before) < -0.5 * np.einsum("ca,ca->c", before, before)
+def _rescaled(before: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Return the factor (n,) on each node's softness that would have made its last turn (n, d) the only one."""
+    square = np.einsum("ca,ca->c", before, before)
+    ratio = np.einsum("ca,ca->c", turn, before) / np.where(square > 0.0, square, 1.0)
+    return np.clip(1.0 - ratio, 0.5, 2.0)
 
 
 def _all_rounds(rounds: list[Solution], gap: np.ndarray) -> Solution:
