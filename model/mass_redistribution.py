@@ -10,6 +10,7 @@ Source: Khenous, Laborde and Renard, Eur. J. Mech. A/Solids 27 (2008) 918, who c
 nearest to M in the Frobenius norm; S M S is positive semi-definite whatever S is.
 """
 
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -39,6 +40,8 @@ class MassRedistribution(Midpoint):
     name = "mass redistribution"
 
     def __init__(self, body: MovingBody, dt: float, **options: Any):
+        self._M = redistributed(body.M, body.coordinates, body.contact_nodes, body.prescribed)
+        body = with_weight(body, self._M)
         super().__init__(body, dt, **options)
         d, nodes = body.dim, body.contact_nodes
         unknowns = (nodes[:, None] * d + np.arange(d)).ravel()
@@ -58,8 +61,7 @@ class MassRedistribution(Midpoint):
 
     def mass(self) -> Any:
         """Return M_r."""
-        body = self.body
-        return redistributed(body.M, body.coordinates, body.contact_nodes, body.prescribed)
+        return self._M
 
     def start(self, displacement: np.ndarray | None = None, velocity: np.ndarray | None = None) -> State:
         """Return the state at time 0, the massless nodes in equilibrium."""
@@ -108,6 +110,23 @@ class MassRedistribution(Midpoint):
         slipped = float(np.vdot(tangential, e))
         state.work.friction += slipped
         return added - slipped
+
+
+def with_weight(body: MovingBody, M: bsr_array) -> MovingBody:
+    """Let the weight go with the mass: a load body.M g becomes M g, so that free fall strains nothing.
+
+    Any other load stays as it is.
+    """
+    if callable(body.load) or body.prescribed.any():
+        return body
+    load = body.load_at(0.0)
+    d = body.dim
+    ones = np.tile(np.eye(d), (load.shape[0], 1))
+    per_axis = body.M @ ones
+    gravity = np.linalg.lstsq(ones.T @ per_axis, load.sum(axis=0))[0]
+    if np.abs(per_axis @ gravity - load.ravel()).max() > 1e-9 * np.abs(load).max():
+        return body
+    return replace(body, load=(M @ (ones @ gravity)).reshape(load.shape))
 
 
 def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed: np.ndarray) -> bsr_array:

@@ -29,6 +29,10 @@ class Midpoint(TimeIntegrator):
         """Return u* - u0 (N, d), and the normal forces (n,) of the road that it took, if any."""
         return self.dt * before.velocity, None
 
+    def mean_load(self, before: State) -> np.ndarray:
+        """Nodal forces (N, d) in the middle of the step."""
+        return self.body.load_at(before.time + 0.5 * self.dt)
+
     def step(self, before: State) -> State:
         """Return the state one step later."""
         began = perf_counter()

@@ -169,8 +169,7 @@ class StepSolver:
         loop, correction = self.loop, self.correction
         if not (normal == loop.frame[:, 0]).all():
             loop.turn(normal)
-            if isinstance(correction, Condensation):
-                correction.turn()
+            correction.turn()
         loop.slip_rate = self.slip_rate
         slipped = None if loop.friction is None else (before.status == SLIP).astype(np.float64)
         loop.aim(b, gap, back, slipped)
@@ -310,6 +309,13 @@ class TimeIntegrator(ABC):
             seconds=perf_counter() - began,
             **fields,
         )
+
+    def mean_load(self, before: State) -> np.ndarray:
+        """Nodal forces (N, d) that the scheme works with in the step after `before`."""
+        body = self.body
+        if not callable(body.load):
+            return body.load_at(before.time)
+        return 0.5 * (body.load_at(before.time) + body.load_at(before.time + self.dt))
 
     def work(self, force: np.ndarray, change: np.ndarray, before: np.ndarray, after: np.ndarray) -> Work:
         """Work and impulse of a mean contact force (n, d) while the body moves by `change` (N, d).
