@@ -55,7 +55,10 @@ def tread_block(
     upwards = np.append(_steps(0, height, spacing), height + _steps(0, base, spacing)[1:])
     lines = [*(line for line, _ in across), upwards]
     counts = [len(line) - 1 for line in lines]
-    lattice = rectangle(1.0, 1.0, *counts) if axes == 1 else box(1.0, 1.0, 1.0, *counts)
+    if axes == 1:
+        lattice = rectangle(1.0, 1.0, counts[0], counts[1])
+    else:
+        lattice = box(1.0, 1.0, 1.0, counts[0], counts[1], counts[2])
     place = np.rint(lattice.points * counts).astype(int)
     cell = place[lattice.cells].min(axis=1)  # column, (layer) and row of each cell
     empty = upwards[cell[:, -1]] < height * (1 - 1e-12)

@@ -4,6 +4,7 @@ The way there and back: from boundary and road to candidates, gaps and normals; 
 traction and fields for ParaView. Body, forms and road are whatever answers to the names used here.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +31,9 @@ class BodyOnRoad:
         Matrix and load after the supports, of N nodes in `dim` dimensions.
     road : geometry.Road
         Its `closest` gives gap, normal and nearest point.
-    boundary : str
-        Boundary of the body that may touch; nodes that a platen shares with it move with the platen and are
-        left out.
+    boundary : str or sequence of str
+        Boundary of the body that may touch, or several of them (of several bodies, say); nodes that a platen
+        shares with it move with the platen and are left out.
     friction : FrictionLaw, float or None
         A law, Coulomb's coefficient, or None for a frictionless road.
     reach : float, optional
@@ -59,12 +60,13 @@ class BodyOnRoad:
         elasticity: Any,
         system: Any,
         road: Any,
-        boundary: str,
+        boundary: str | Sequence[str],
         friction: FrictionLaw | float | None = None,
         reach: float | None = None,
     ):
         body = elasticity.body
-        nodes = body.nodes(boundary)
+        names = [boundary] if isinstance(boundary, str) else list(boundary)
+        nodes = np.unique(np.concatenate([body.nodes(name) for name in names]))
         tied = np.bincount(system.node_of)[system.node_of[nodes]] > 1
         nodes = nodes[~tied]
         gap, normal, _ = road.closest(body.coordinates[nodes])
@@ -76,7 +78,7 @@ class BodyOnRoad:
             )
         self.elasticity, self.system, self.road = elasticity, system, road
         self.nodes, self.points = nodes[near], body.coordinates[nodes[near]]
-        self.area = np.asarray(elasticity.boundary_mass(boundary).sum(axis=1)).ravel()[self.nodes]
+        self.area = sum(elasticity.boundary_mass(name).sum(axis=1) for name in names)[self.nodes]
         self.problem = ContactProblem(
             system.A,
             system.load,

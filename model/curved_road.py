@@ -157,7 +157,7 @@ def _choose(
 
 
 def _rescaled(before: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Return the factor (n,) on each node's softness that would have made its last turn (n, d) the only one."""
+    """Return factors (n,) on the softness that would have made the last turn (n, d) of each the only one."""
     square = np.einsum("ca,ca->c", before, before)
     ratio = np.einsum("ca,ca->c", turn, before) / np.where(square > 0.0, square, 1.0)
     return np.clip(1.0 - ratio, 0.5, 2.0)

@@ -2,7 +2,8 @@
 
 import numpy as np
 from scipy.optimize import nnls
-from scipy.sparse import bsr_array
+from scipy.sparse import bsr_array, csr_array
+from scipy.sparse.csgraph import connected_components
 
 from .contact_loop import frames
 
@@ -25,14 +26,38 @@ def rigid_motions(coordinates: np.ndarray) -> np.ndarray:
     return motions
 
 
+def bodies(A: bsr_array) -> np.ndarray:
+    """Tell which of the bodies that A holds each node belongs to, (N,); -1 for a node that stands alone."""
+    N = A.indptr.size - 1
+    graph = csr_array((np.ones(A.indices.size, dtype=np.int8), A.indices, A.indptr), shape=(N, N))
+    _, label = connected_components(graph, directed=False)
+    label[np.bincount(label)[label] == 1] = -1
+    return np.unique(label, return_inverse=True)[1] - int(label.min() < 0)
+
+
+def motions_of_each_body(coordinates: np.ndarray, body: np.ndarray) -> np.ndarray:
+    """Rigid motions of every body by itself, as columns (N d, 3 or 6 a body)."""
+    N, d = coordinates.shape
+    columns = [np.zeros((N * d, 0))]
+    for here in _each(body):
+        motions = np.zeros((N, d, 3 * d - 3))
+        motions[here] = rigid_motions(coordinates[here])
+        columns.append(motions.reshape(N * d, -1))
+    return np.hstack(columns)
+
+
+def _each(body: np.ndarray) -> list[np.ndarray]:
+    """Masks (k,) of the members of each body that has any."""
+    return [body == number for number in np.unique(body[body >= 0])]
+
+
 def unheld_motions(A: bsr_array, coordinates: np.ndarray) -> np.ndarray:
-    """Rigid motions that cost no energy in A, as columns (N d, m) with 0 <= m <= 3 or 6.
+    """Rigid motions that cost no energy in A, as columns (N d, m) with 0 <= m <= 3 or 6 a body.
 
     A motion counts as free where its energy is below 1e-13 of what it would cost if every node moved alone:
     above rounding, and below any real support, which resists at least at one node.
     """
-    N, d = coordinates.shape
-    motions = rigid_motions(coordinates).reshape(N * d, -1)
+    motions = motions_of_each_body(coordinates, bodies(A))
     energy = motions.T @ (A @ motions)
     scale = motions.T @ (A.diagonal()[:, None] * motions)
     lower = np.linalg.cholesky(scale + 1e-300 * np.eye(scale.shape[0]))
@@ -89,7 +114,10 @@ def nodes_that_hold(
             "fix the body against it or give the road friction."
         )
     wanted = -(motions.T @ b.ravel())
-    holding = spread_candidates(coordinates[nodes], d)
+    body = bodies(A)[nodes]
+    holding = np.concatenate(
+        [here[spread_candidates(coordinates[nodes[here]], d)] for here in map(np.flatnonzero, _each(body))]
+    )
     if not np.any(wanted):
         return holding
     forces, missing = nnls(powers, wanted / np.linalg.norm(wanted), maxiter=100 * powers.shape[1])
