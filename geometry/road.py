@@ -41,5 +41,6 @@ class Plane:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
         points = np.asarray(points, dtype=float)
         gap = (points - self.point) @ self.normal
-        normal = np.broadcast_to(self.normal, points.shape).copy()
+        normal = np.empty_like(points)
+        normal[:] = self.normal
         return gap, normal, points - gap[:, None] * normal

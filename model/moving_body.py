@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import bsr_array, issparse
 
 from .blocks import block_matrix, defect
-from .friction import FrictionLaw
+from .friction import FrictionLaw, coulomb
 from .loop import lone_unknowns
 from .rigid_motions import rigid_motions
 
@@ -78,6 +78,8 @@ class MovingBody:
             A.sort_indices()
             setattr(self, name, A)
         self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
+        if self.friction is not None and not isinstance(self.friction, FrictionLaw):
+            self.friction = coulomb(self.friction)
         self._at_rest = self.coordinates[self.contact_nodes]
         self._K, self._C = block_matrix(self.K), None if self.C is None else block_matrix(self.C)
         self._defect = defect(self.dim)
