@@ -12,6 +12,7 @@ springs are taken out of the small problem again, exactly: the result is that of
 
 import numpy as np
 from numba import njit
+from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.sparse import bsr_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
@@ -79,7 +80,7 @@ class Condensation:
         """Solve (A + springs) x = r for r (N, d)."""
         return self.factor.solve(r.ravel()).reshape(self.loop.shape)
 
-    def solve(self, u: np.ndarray, status: np.ndarray, record: Record, nested: bool = False) -> None:
+    def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Solve the problem the loop is aimed at, from u (N, d) and status (n,), both updated in place."""
         loop = self.loop
         r = np.empty(loop.shape)
@@ -108,7 +109,7 @@ class Condensation:
         largest, lowest, count = gaps_without(contact, u, free, status, gap, after, member)
         tiny = 1e-14 * largest
         solved = count == 0 and self.grounded.size == 0
-        touched = False
+        moved: np.ndarray | None = free
         while not solved or lowest < -tiny:
             if solved:
                 below = np.flatnonzero(after < -tiny)
@@ -116,18 +117,20 @@ class Condensation:
             self._set_up(np.flatnonzero(member))
             active = self._active
             force = self.small.solve(contact, active, u, free, gap, status, loop.slip_rate, tolerance)
-            lowest = gaps_with(
-                gap, contact, free, self._columns, self._row, self._place, force, active, after
-            )
-            solved = True
-            touched = True
-        if touched:
             if self._whole:
-                spread(self._columns, self._place, force, active, free.reshape(-1))
+                moved = free.copy()
+                spread(self._columns, self._place, force, active, moved.reshape(-1))
+                lowest = gaps_after(gap, contact, moved, active, after)
             else:
-                r[loop.nodes[active]] += force
-                free = self.back_substitute(r)
-        u += free
+                moved = None
+                lowest = gaps_with(
+                    gap, contact, free, self._columns, self._row, self._place, force, active, after
+                )
+            solved = True
+        if moved is None:
+            r[loop.nodes[active]] += force
+            moved = self.back_substitute(r)
+        u += moved
         put_in_order(contact, u, status)
 
     def _set_up(self, active: np.ndarray) -> None:
@@ -138,7 +141,9 @@ class Condensation:
         if new.size:
             self._learn(new)
         W = compliance(self._columns, self._row, self._place, active, self.loop.frame)
-        self.small = SmallProblem(np.linalg.inv(W), self.springs[active], self.loop.friction)
+        factor, trouble = dpotrf(W, lower=1)
+        S = np.linalg.inv(W) if trouble else dpotri(factor, lower=1)[0]
+        self.small = SmallProblem(S, self.springs[active], self.loop.friction)
         self._active = active
 
     def _learn(self, new: np.ndarray) -> None:
@@ -188,6 +193,21 @@ def gaps_without(contact, u, free, status, gap, after, member):
             member[c] = True
             count += 1
     return largest, lowest, count
+
+
+@njit(cache=True, error_model="numpy")
+def gaps_after(gap, contact, moved, active, after):
+    """Write into `after` the gaps (n,) after a move (N, d), 0 for active candidates; return the lowest."""
+    for c in range(gap.size):
+        after[c] = gap[c]
+        for a in range(moved.shape[1]):
+            after[c] += contact.frame[c, 0, a] * moved[contact.nodes[c], a]
+    lowest = 0.0
+    for j in range(active.size):
+        after[active[j]] = 0.0
+    for c in range(gap.size):
+        lowest = min(lowest, after[c])
+    return lowest
 
 
 @njit(cache=True, error_model="numpy")

@@ -28,7 +28,7 @@ class SmallProblem:
     Parameters
     ----------
     stiffness : (k d, k d)
-        Positive definite, in the frames of the nodes.
+        Positive definite, in the frames of the nodes; only the lower triangle is read, all is written.
     springs : (k, 1)
         Stiffness of the springs that ground the nodes, part of `stiffness`, to be taken out.
     friction : FrictionLaw or None
@@ -115,12 +115,11 @@ class Condensed(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def prepare(arrays):
-    """Symmetrise the stiffness, take the springs out, and fill in the rest."""
+    """Fill in the stiffness from its lower triangle, take the springs out, and fill in the rest."""
     grounded, S = arrays.grounded, arrays.S
     k, d = arrays.block.shape[:2]
     for i in range(k * d):
         for j in range(i + 1):
-            grounded[i, j] = 0.5 * (grounded[i, j] + grounded[j, i])
             grounded[j, i] = grounded[i, j]
             S[i, j] = grounded[i, j]
             S[j, i] = grounded[i, j]
@@ -290,8 +289,9 @@ def newton_step(S, contact, u, status, R, force, bound, slip_rate):
         largest = max(largest, abs(J[row, row]))
     if bound is not None:
         follow_friction(J, S, contact, u, force, status, bound, slip_rate, numbers)
-    for row in range(numbers.size):  # what nothing holds yet falls as loaded, not as rounding has it
-        J[row, row] += 1e-13 * largest
+    touching = np.count_nonzero(status)
+    for row in range(numbers.size):  # what too few nodes hold falls as loaded, not as rounding has it
+        J[row, row] += (1e-10 if touching < u.shape[1] else 1e-13) * largest
     try:
         step = np.linalg.solve(J, missing)
     except Exception:  # no unique slip: leave it to the loop
