@@ -42,6 +42,8 @@ class MovingBody:
         speed.
     prolongations : sequence of sparse
         Nested meshes, finest first; for the multigrid correction only.
+    node_of : (nodes of the mesh,), optional
+        Node that each node of a mesh has become where platens tie some together; default the node itself.
 
     Raises
     ------
@@ -58,6 +60,7 @@ class MovingBody:
     C: Any = None
     friction: FrictionLaw | float | None = None
     prolongations: Any = ()
+    node_of: np.ndarray | None = None
     dim: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -86,6 +89,64 @@ class MovingBody:
         force = self.load_at(0.0)
         if force.shape != (N, self.dim) or not np.all(np.isfinite(force)):
             raise ValueError(f"The load must be {N} x {self.dim} finite nodal forces.")
+
+    @classmethod
+    def from_forms(
+        cls,
+        elasticity: Any,
+        density: float,
+        load: np.ndarray,
+        road: Any,
+        boundary: str,
+        support: Any = None,
+        damping: tuple[float, float] | None = None,
+        friction: FrictionLaw | float | None = None,
+    ) -> "MovingBody":
+        """Assemble mass, stiffness and, if asked for, damping of an elastic body.
+
+        >>> MovingBody.from_forms(elasticity, 1.0, load, Plane(), "outer", friction=0.1)  # doctest: +SKIP
+
+        Parameters
+        ----------
+        elasticity : forms.Elasticity
+        density : float
+            Mass per volume.
+        load : (nodes of the mesh, d)
+            Nodal forces.
+        road : Road
+        boundary : str
+            Boundary that may touch; nodes that a platen shares with it are left out.
+        support : forms.Support, optional
+        damping : (alpha, beta), optional
+            Rayleigh's, C = alpha M + beta K.
+        friction : FrictionLaw, float or None
+        """
+        body = elasticity.body
+        nodes, nothing = body.nodes(boundary), np.zeros_like(load)
+        K, M = elasticity.stiffness(), elasticity.mass(density)
+        C = None if damping is None else elasticity.damping(*damping, density)
+        if support is None:
+            return cls(M, K, load, body.coordinates, nodes, road, C, friction, body.prolongations)
+        system = support.apply(K, load)
+        M = support.apply(M, nothing).A
+        C = None if C is None else support.apply(C, nothing).A
+        nodes = nodes[np.bincount(system.node_of)[system.node_of[nodes]] == 1]
+        return cls(
+            M,
+            system.A,
+            system.load,
+            system.coordinates,
+            system.node_of[nodes],
+            road,
+            C,
+            friction,
+            system.prolongations,
+            system.node_of,
+        )
+
+    def expand(self, values: np.ndarray) -> np.ndarray:
+        """Return what a field (N, d) is at the nodes of the mesh."""
+        return values if self.node_of is None else values[self.node_of]
 
     def load_at(self, time: float) -> np.ndarray:
         """Nodal forces (N, d) at a time."""
