@@ -306,7 +306,7 @@ for stiffness in (1e2 * E / R, 1e4 * E / R, 1e6 * E / R):
 paths = {
     "none": [1],
     "direct": range(1, 4 if scene.quick else 6),
-    "multigrid": range(1, 4 if scene.quick else 7),
+    "multigrid": range(1, 4 if scene.quick else 6),
     "algebraic": range(1, 4 if scene.quick else 5),
 }
 peak, friction_seconds, steps = {}, {name: {} for name in paths}, 2 if scene.quick else 10

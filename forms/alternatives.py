@@ -102,7 +102,8 @@ def vinewtonrsls(
     else:
         raise ValueError(f"linear is {linear!r}, but it must be 'mumps' or 'gamg'.")
     snes.solve(None, u)
-    reason, steps = int(snes.getConvergedReason()), snes.getIterationNumber()
+    reason: Any = snes.getConvergedReason()
+    steps = snes.getIterationNumber()
     answer = Answer(u.array.reshape(-1, dim).copy(), perf_counter() - began, steps)
     for thing in (snes, K, b, lower, upper, u):
         thing.destroy()

@@ -11,13 +11,15 @@ smoother.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numba import njit
 from scipy.linalg.lapack import dpotrf
-from scipy.sparse import csr_array
+from scipy.sparse import bsr_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
 from .blocks import (
@@ -30,13 +32,16 @@ from .blocks import (
     node_order,
     sweep_from_zero,
 )
+from .condensation import Condensation
 from .contact_loop import FREE, SLIP, STICK
 from .hierarchy import Level, coarsen, columns_of, nodal_prolongation, recompute
 from .loop import NodeLoop, place_and_stick
-from .record import Record
+from .record import NotConverged, Record
+from .rigid_motions import nodes_that_hold, spread_candidates
 
 PATIENCE = 8  # rounds in which the residual need not fall
 KRYLOV = 30  # cycles in one correction at most
+GUESSES = 30  # rounds on a coarser mesh at most
 NESTED = 1e-1  # natural residual to which coarser meshes solve for a first guess
 
 
@@ -204,13 +209,13 @@ class Multigrid:
         self.best = np.zeros(loop.shape)
         self._defect = defect(d)
 
-    def solve(self, u: np.ndarray, status: np.ndarray, record: Record, nested: bool = False) -> None:
+    def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Solve the problem the loop is aimed at, from an admissible u (N, d) and status (n,), in place.
 
-        With `nested` and a coarser mesh, the coarser meshes find the first guess, from u on.
+        Coarser meshes, where there are any, first correct u as far as they can (nested iteration).
         """
         loop = self.loop
-        if nested and self.coarser is not None:
+        if self.coarser is not None:
             self.coarser.first_guess(loop, u, status, record)
         best, best_status, idle, sweeps, steady = np.inf, status.copy(), 0, 1, 0
         while True:
@@ -247,7 +252,7 @@ class Multigrid:
             record.cycles += self._with_friction(loop.R, wanted, u, status)
         else:
             record.cycles += self._conjugate_gradients(loop.R, wanted)
-        u += damping * self.x
+        u += min(damping, self._fall(u, status)) * self.x
         place_and_stick(loop, u, status)
 
     def turn(self) -> None:
@@ -255,6 +260,18 @@ class Multigrid:
         self.status[self.held] = -1
         if self.coarser is not None:
             self.coarser.turn(self.loop)
+
+    def _fall(self, u: np.ndarray, status: np.ndarray) -> float:
+        """Part of the correction x after which no node is deeper below the road than one is above it now.
+
+        It is all of x, but for a body that the present contact does not hold: it falls no further.
+        """
+        loop = self.loop
+        gap = loop.gaps(u, status)
+        move = np.einsum("ca,ca->c", loop.frame[:, 0], self.x[loop.nodes])
+        falls = move < 0.0
+        room = gap[falls] + gap.max()
+        return min(1.0, float(np.min(room / -move[falls], initial=1.0))) if gap.max() > 0.0 else 1.0
 
     def _truncate(self, status: np.ndarray) -> bool:
         """Hold the nodes as `status` says; True if that changed anything."""
@@ -376,31 +393,54 @@ class CoarserMesh:
         The finer mesh and all coarser ones.
     weights : list of csr_array
         Scalar prolongations from the coarser mesh and the ones below.
+    coordinates : (N, d)
+        Of the finer mesh, to see which rigid motions the contact must hold.
     """
 
-    def __init__(self, fine: NodeLoop, levels: list[Level], weights: Sequence[csr_array]):
+    def __init__(
+        self, fine: NodeLoop, levels: list[Level], weights: Sequence[csr_array], coordinates: np.ndarray
+    ):
         self.level = levels[0]
         at_candidates = weights[0][fine.nodes]
-        single = np.diff(at_candidates.indptr) == 1
-        self.copies = np.flatnonzero(single)  # fine candidates that are nodes of the coarser mesh
+        self.copies = np.flatnonzero(
+            np.diff(at_candidates.indptr) == 1
+        )  # candidates kept by the coarser mesh
         nodes = at_candidates[self.copies].indices
-        loop = NodeLoop(levels[1].A, nodes, fine.frame[self.copies, 0], fine.friction)
-        self.multigrid = Multigrid(
-            loop, levels[1:], CoarserMesh(loop, levels[1:], weights[1:]) if len(weights) > 1 else None
-        )
+        self.loop = loop = NodeLoop(levels[1].A, nodes, fine.frame[self.copies, 0], fine.friction)
+        copies = np.flatnonzero(np.diff(weights[0].indptr) == 1)
+        self.coordinates = np.zeros((loop.shape[0], coordinates.shape[1]))
+        self.coordinates[weights[0][copies].indices] = coordinates[copies]
+        self.correction: Any = None  # on the coarsest mesh direct, factorised when first used
+        if len(weights) > 1:
+            coarser = CoarserMesh(loop, levels[1:], weights[1:], self.coordinates)
+            self.correction = Multigrid(loop, levels[1:], coarser)
         self.weights = at_candidates[:, nodes]
         self.between = (
             np.abs(self.weights.sum(axis=1) - 1.0) < 1e-9
-        )  # fine candidates whose parents are all candidates
+        )  # candidates whose parents are candidates
 
     def turn(self, fine: NodeLoop) -> None:
         """Follow the new normals of the finer mesh."""
-        self.multigrid.loop.turn(fine.frame[self.copies, 0])
-        self.multigrid.turn()
+        self.loop.turn(fine.frame[self.copies, 0])
+        if self.correction is not None:
+            self.correction.turn()
+
+    def _direct(self) -> Condensation:
+        """Factorise the coarsest matrix, with a unit diagonal where truncation left nothing."""
+        loop = self.loop
+        A = bsr_array((loop.A.data, loop.A.indices.astype(np.int32), loop.A.indptr.astype(np.int32)))
+        empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
+        A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
+        mu = 0.0 if loop.friction is None else loop.friction.coefficient
+        try:
+            holding = nodes_that_hold(A, loop.b, self.coordinates, loop.nodes, loop.frame[:, 0], mu)
+        except ValueError:  # the finest mesh has passed this test; a coarse one may see too few candidates
+            holding = spread_candidates(self.coordinates[loop.nodes], loop.shape[1])
+        return Condensation(A, loop, holding)
 
     def first_guess(self, fine: NodeLoop, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Correct u (N, d) and status (n,) of the fine mesh by the coarser solution."""
-        level, coarse = self.level, self.multigrid.loop
+        level, coarse = self.level, self.loop
         r = np.zeros(fine.shape)
         defect(fine.shape[1])(fine.A, fine.b, u, r)
         b = np.zeros(coarse.shape)
@@ -410,20 +450,25 @@ class CoarserMesh:
         coarse.aim(b, fine.gaps(u, status)[self.copies], way, fine.contact.state[self.copies])
         e = np.zeros(coarse.shape)
         touching = coarse.start(e, status[self.copies])
-        inner = Record(max(NESTED, record.tolerance), record.limit, record.sweeps, False)
-        self.multigrid.solve(e, touching, inner, nested=True)
+        if self.correction is None:
+            self.correction = self._direct()
+        with suppress(NotConverged):  # a guess is a guess
+            # the coarsest answer is exact: it must have found the nodes that hold the body
+            wanted = max(NESTED, record.tolerance) if isinstance(self.correction, Multigrid) else 1e-6
+            enough = Record(wanted, GUESSES, record.sweeps, False)
+            self.correction.solve(e, touching, enough)
         level.transfers.prolong(level.P, e, u)
         gap = fine.contact.gap + np.einsum("ca,ca->c", fine.frame[:, 0], u[fine.nodes])
-        wanted = self.weights @ coarse.gaps(e, touching)
-        lift = np.where(self.between, wanted - gap, 0.0)
+        arrived = self.weights @ coarse.gaps(e, touching)
+        lift = np.where(self.between, arrived - gap, 0.0)
         u[fine.nodes] += lift[:, None] * fine.frame[:, 0]
         stuck = self.weights @ (touching == STICK).astype(float) > 1.0 - 1e-9
-        status[:] = np.where(self.between & (wanted == 0.0), np.where(stuck, STICK, SLIP), FREE)
+        status[:] = np.where(self.between & (arrived == 0.0), np.where(stuck, STICK, SLIP), FREE)
         place_and_stick(fine, u, status)
 
 
-def geometric(loop: NodeLoop, prolongations: Sequence[csr_array]) -> Multigrid:
-    """Multigrid on nested meshes: scalar prolongations, finest first."""
+def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], coordinates: np.ndarray) -> Multigrid:
+    """Multigrid on nested meshes: scalar prolongations, finest first, and the finest coordinates (N, d)."""
     d = loop.shape[1]
     levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
     for number, weights in enumerate(prolongations):
@@ -431,7 +476,7 @@ def geometric(loop: NodeLoop, prolongations: Sequence[csr_array]) -> Multigrid:
         if number == 0:
             truncate_prescribed(P, loop.lone)
         levels.append(coarsen(levels[-1], P, weights.shape[1]))
-    return Multigrid(loop, levels, CoarserMesh(loop, levels, prolongations))
+    return Multigrid(loop, levels, CoarserMesh(loop, levels, prolongations, coordinates))
 
 
 def truncate_prescribed(P: BlockMatrix, lone: np.ndarray) -> None:

@@ -16,8 +16,8 @@ from .problem import ContactProblem
 from .record import Record
 from .rigid_motions import nodes_that_hold
 
-MULTIGRID_PAYS = 10_000  # unknowns
-DIRECT_PAYS = 300_000
+MULTIGRID_PAYS = 5_000  # unknowns
+DIRECT_PAYS = 50_000
 CORRECTIONS = ("auto", "none", "direct", "multigrid", "algebraic")
 
 
@@ -74,7 +74,7 @@ class Relaxation:
     def __init__(self, loop: NodeLoop):
         self.loop = loop
 
-    def solve(self, u: np.ndarray, status: np.ndarray, record: Record, nested: bool = False) -> None:
+    def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Sweep until the natural residual, tested at most every hundred sweeps, is below the tolerance."""
         count = 1
         while not record.finished(self.loop.residual(u, status)):
@@ -145,7 +145,7 @@ class ContactSolver:
                     "correction is 'multigrid', but the problem has no prolongations; "
                     "use a body of nested meshes, or 'algebraic'."
                 )
-            return geometric(loop, problem.prolongations)
+            return geometric(loop, problem.prolongations, problem.coordinates)
         if correction == "algebraic":
             return algebraic(problem.A, loop, problem.coordinates)
         return Condensation(problem.A, loop, self.holding)
@@ -209,7 +209,7 @@ class ContactSolver:
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
-        self.correction.solve(u, status, record, nested=start is None)
+        self.correction.solve(u, status, record)
         frame = loop.frame
         seconds = perf_counter() - began
         spent = seconds + self._unpaid
