@@ -26,10 +26,10 @@ class History:
     ...     ...
     >>> history["u_y(A)"]  # doctest: +SKIP
 
-    Columns: step, time, contacts, sticking, the entries of the ledger (see `Entry`), force_x ... (of the road on the
-    body), lowest_gap, lowest_pressure (a nodal force), cone (largest |tau| - mu p), residual, cycles,
-    seconds, and for each point NAME displacement u_x(NAME), velocity v_x(NAME), contact force f_x(NAME) and
-    so on.
+    Columns: step, time, contacts, sticking, the entries of the ledger (see `Entry`), force_x and so on (of the
+    road on the body), lowest_gap, lowest_pressure (a nodal force), cone (largest |tau| - mu p), residual,
+    cycles, seconds, and for each point NAME displacement u_x(NAME), velocity v_x(NAME), contact force f_x(NAME)
+    and so on.
 
     Parameters
     ----------
@@ -108,6 +108,22 @@ class History:
                 found.append((time, time, 0))
             last = time
         return found
+
+    def cost(self) -> dict[str, float]:
+        """Return what the run cost, for `Scene.cost`: with the set-up of the integrator, a cycle a correction."""
+        integrator, seconds = self.integrator, float(self["seconds"].sum())
+        loops = [solver.loop for solver in integrator.solvers.values()]
+        seconds += integrator.setup_seconds
+        sweep = loops[0].seconds_of_passes / max(loops[0].passes, 1)
+        return {
+            "dofs": integrator.body.coordinates.size,
+            "contact_candidates": integrator.body.contact_nodes.size,
+            "sweeps": sum(loop.sweeps for loop in loops),
+            "cycles": len(self.rows) - 1 + int(self["cycles"].sum()),
+            "work_units": seconds / sweep if sweep else 0.0,
+            "solve_seconds": seconds,
+            "residual": float(self["residual"].max()),
+        }
 
     def write(self, path: str | Path) -> None:
         """Write all rows to a CSV file."""
