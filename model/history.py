@@ -26,10 +26,10 @@ class History:
     ...     ...
     >>> history["u_y(A)"]  # doctest: +SKIP
 
-    Columns: step, time, contacts, sticking, the entries of the ledger (see `Entry`), force_x and so on (of the
-    road on the body), lowest_gap, lowest_pressure (a nodal force), cone (largest |tau| - mu p), residual,
-    cycles, seconds, and for each point NAME displacement u_x(NAME), velocity v_x(NAME), contact force f_x(NAME)
-    and so on.
+    Columns: step, time, contacts, sticking, the entries of the ledger (see `Entry`), force_x and so on (of
+    the road on the body), lowest_gap, lowest_pressure (a nodal force), cone (largest |tau| - mu p), residual,
+    cycles, seconds, and for each point NAME displacement u_x(NAME), velocity v_x(NAME), contact force
+    f_x(NAME) and so on.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class History:
         return found
 
     def cost(self) -> dict[str, float]:
-        """Return what the run cost, for `Scene.cost`: with the set-up of the integrator, a cycle a correction."""
+        """Return what the run cost, set-up of the integrator included, for `Scene.cost`."""
         integrator, seconds = self.integrator, float(self["seconds"].sum())
         loops = [solver.loop for solver in integrator.solvers.values()]
         seconds += integrator.setup_seconds
