@@ -89,12 +89,13 @@ def impact(name, moving, dt, recorded=False, until=3.0):
     history = History(scheme, first, {"end": int(np.argmin(x))}) if recorded else None
     squares, pressure, seconds = [], [], scheme.setup_seconds
     for state in march(scheme, first, round(until / dt), history):
-        squares.append(np.mean((state.displacement[:, 0] - exact.displacement(x, state.time)) ** 2))
+        squares.append(np.mean((state.displacement[:, 0] - exact.displacement(x, state.time)) ** 2) / 0.25**2)
         pressure.append(state.contact_force[:, 0].sum() - exact.contact_pressure(state.time))
         seconds += state.seconds
     v = state.velocity.ravel()
     return SimpleNamespace(
-        displacement=np.sqrt(np.mean(squares)) / 0.25,
+        displacement=np.sqrt(np.mean(squares)),
+        until_release=np.sqrt(np.mean(squares[: int(1.9 / dt)])),
         pressure=np.sqrt(np.mean(np.square(pressure)) * until) / 0.5,
         energy=(moving.strain_energy(state.displacement) + 0.5 * v @ (scheme.M @ v)) / exact.ENERGY,
         seconds=seconds,
@@ -132,9 +133,7 @@ for column, (name, run), look in zip(axes.T, runs.items(), LOOKS):
         column, (exact.displacement(0.0, fine), exact.contact_pressure(fine), 0.125 + 0 * fine)
     ):
         axis.plot(fine, values, color="0.75", linewidth=3.5)
-    for axis, values in zip(
-        column, (0.5 + run["u_x(end)"] - 0.5, run["force_x"], run["kinetic"] + run["strain"])
-    ):
+    for axis, values in zip(column, (run["u_x(end)"], run["force_x"], run["kinetic"] + run["strain"])):
         axis.plot(run["time"], values, color=look["color"], linewidth=1)
         axis.grid(color="0.9", linewidth=0.6)
     column[0].set_title(name, fontsize="medium")
@@ -162,33 +161,36 @@ scene.figure(figure, "energy_against_dt")
 #
 # h and dt are halved together, dt = 2 h (central differences: 0.8 h). A scheme of second order shows order
 # $\tfrac32 \cdot \tfrac23 = 1$ in L2 on a displacement with a kink, and $\tfrac12 \cdot \tfrac23 = \tfrac13$
-# on a pressure that jumps (Brenner, Thomée and Wahlbin, 1975); the orders are measured on the two finest
-# meshes.
+# on a pressure that jumps (Brenner, Thomée and Wahlbin, 1975): fronts are smeared over a width $h^{2/3}$. At
+# the release the wall cuts such a front off before its tail has passed; the rod leaves late by as much, and
+# from there on the displacement is of order 2/3. Orders are measured on the two finest meshes.
 
 # %%
 elements = (25, 50, 100) if scene.quick else (25, 50, 100, 200, 400, 800)
-errors = {kind: {name: [] for name in SCHEMES} for kind in ("displacement", "pressure", "energy")}
+KINDS = {"displacement until release": 1.0, "displacement": 2 / 3, "pressure": 1 / 3, "energy": None}
+errors = {kind: {name: [] for name in SCHEMES} for kind in KINDS}
 seconds = {name: [] for name in SCHEMES}
 for count in scene.progress(elements, "meshes"):
     rod = strip(count)
     for name in SCHEMES:
         run = impact(name, rod, (0.8 if "central" in name else 2.0) / count)
+        errors["displacement until release"][name].append(run.until_release)
         errors["displacement"][name].append(run.displacement)
         errors["pressure"][name].append(run.pressure)
         errors["energy"][name].append(abs(run.energy - 1.0))
         seconds[name].append(run.seconds)
-for (kind, lines), expected in zip(errors.items(), (1.0, 1 / 3, None)):
+for kind, expected in KINDS.items():
+    lines, key = errors[kind], kind.replace(" ", "_")
     for name, values in lines.items():
         order = np.log2(values[-2] / values[-1])
-        scene.result(
-            f"order_of_{kind}[{name}]", order, "1", expected, expected and "a scheme of second order"
-        )
-        scene.result(f"error_of_{kind}[{name},h=1/{elements[-1]}]", values[-1], "relative", 0.0)
+        scene.result(f"order_of_{key}[{name}]", order, "1", expected, expected and "a scheme of second order")
+        scene.result(f"error_of_{key}[{name},h=1/{elements[-1]}]", values[-1], "relative", 0.0)
     label = f"relative error of the {kind}"
     scene.figure(
-        convergence_figure(1 / np.array(elements), lines, "h (m)", label, expected), f"order_of_{kind}"
+        convergence_figure(1 / np.array(elements), lines, "h (m)", label, expected and round(expected, 2)),
+        f"order_of_{key}",
     )
-    scene.figure(convergence_figure(seconds, lines, "run time (s)", label), f"{kind}_against_run_time")
+    scene.figure(convergence_figure(seconds, lines, "run time (s)", label), f"{key}_against_run_time")
 
 # %%
 for name, run in runs.items():

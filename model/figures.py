@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 COLOUR_MAP = "viridis"
 LOOKS: list[dict[str, Any]] = [
@@ -120,6 +121,9 @@ def convergence_figure(
         axes.axhline(floor, color="0.5", linestyle=dash, linewidth=1, label=label)
     if order is not None:
         _order_triangle(axes, order)
+    for axis, (low, high) in zip((axes.xaxis, axes.yaxis), (axes.get_xlim(), axes.get_ylim())):
+        if high > 10 * low:  # a labelled decade is in sight, and labels between would run into each other
+            axis.set_minor_formatter(NullFormatter())
     axes.legend(frameon=False, fontsize="small")
     return figure
 
