@@ -11,7 +11,7 @@ hollow is less curved, by just what the turning force moves the node back, and t
 corner is nearest to a whole wedge of nodes, with all the normals between those of its two slopes. (In
 convex optimisation this is the projection x = P(x - f / k), k being the stiffness that the node feels.)
 On a hill the same would do harm, so of the two looks, from the node and from below it, the one counts
-that turns the normal less.
+that turns the normal less. What is left of creeping and overshooting Anderson's extrapolation removes.
 """
 
 from dataclasses import replace
@@ -19,11 +19,13 @@ from typing import Any
 
 import numpy as np
 
+from .anderson import Anderson
 from .contact_loop import FREE, STICK
 from .record import NotConverged, Record
 from .solve import ContactSolver, Solution
 
 ON_ROAD = 1e-12  # of the body's size: a node so near to the road is on it
+SMOOTH = 0.1  # turns of the normals below which rounds are combined
 ROUNDS = 200
 
 
@@ -97,35 +99,36 @@ class CurvedContact:
             solver.problem.tangential_reference if tangential_reference is None else tangential_reference
         )
         anchor = road.closest(points + reference)[2]  # where nodes stick
-        anchor_normal = road.closest(anchor)[1]
+        anchors = (road.closest(anchor)[1], anchor)
         _, self.normal, self.foot = road.closest(points if start is None else points + start[nodes])
         softness = 1.0 / np.einsum("caa->ca", solver.loop.diagonal[nodes]).mean(axis=1)
         turn, self.distances = np.zeros(points.shape), []
+        anderson, status = Anderson(SMOOTH), np.zeros(0)
         rounds: list[Solution] = []
         options["start"] = start
         while len(rounds) < ROUNDS:
             solver.turn(self.normal, np.einsum("ca,ca->c", self.normal, points - self.foot))
             solution = solver.solve(tangential_reference=anchor - points, tolerance=tolerance, **options)
             rounds.append(solution)
-            options |= {"start": solution.displacement, "start_status": solution.status}
-            at, touching = points + solution.displacement[nodes], np.flatnonzero(solution.status != FREE)
-            gap, normal, foot = road.closest(at)
-            sticks = solution.status == STICK
-            at[sticks], foot[sticks], normal[sticks] = anchor[sticks], anchor[sticks], anchor_normal[sticks]
-            depth = (softness * solution.pressure_force)[touching]
-            below = road.closest(at[touching] - depth[:, None] * self.normal[touching])
-            _choose(touching, self.normal, normal, foot, below[1], below[2])
+            touching = np.flatnonzero(solution.status != FREE)
+            gap, normal, foot = self._look(road, solution, anchors, softness * solution.pressure_force)
             before, turn = turn, normal - self.normal
             softness *= _rescaled(before, turn)
             above = np.delete(gap, touching)
             self.distances.append(max(np.abs(gap[touching]).max(initial=0.0), -above.min(initial=0.0)))
-            if (
-                self.distances[-1] <= ON_ROAD * self.size
-                and np.abs(turn[touching]).max(initial=0.0) <= 10 * tolerance
-            ):
+            steady = np.abs(turn[touching]).max(initial=0.0) <= 10 * tolerance or solution.history.size == 1
+            if steady and self.distances[-1] <= ON_ROAD * self.size:
                 gap[touching] = 0.0
                 return _all_rounds(rounds, np.maximum(gap, 0.0))
-            self.normal, self.foot = normal, foot
+            if not np.array_equal(status, solution.status):
+                anderson.forget()
+            status = solution.status
+            places = np.stack([normal[touching], foot[touching]])
+            normal[touching], foot[touching] = anderson.combine(turn[touching], places)
+            self.normal, self.foot = normal / np.linalg.norm(normal, axis=1, keepdims=True), foot
+            guess = solution.displacement.copy()
+            guess[nodes[touching]] = (foot - points)[touching]
+            options |= {"start": guess, "start_status": status}
         raise NotConverged(
             f"No convergence on the curved road: after {ROUNDS} rounds nodes are {self.distances[-1]:.1e} "
             "off it, or their forces still turn; take smaller load steps, or refine the body where the road "
@@ -140,20 +143,23 @@ class CurvedContact:
             ),
         )
 
+    def _look(
+        self, road: Any, solution: Solution, anchors: tuple[np.ndarray, np.ndarray], depth: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return gap (n,), and normal and nearest point (n, d) where the nodes have come to be.
 
-def _choose(
-    touching: np.ndarray,
-    last: np.ndarray,
-    normal: np.ndarray,
-    foot: np.ndarray,
-    normal_below: np.ndarray,
-    foot_below: np.ndarray,
-) -> None:
-    """Take the look from below (k, d) into normal and foot (n, d) where it turns the last normal less."""
-    at_node = np.sum((normal[touching] - last[touching]) ** 2, axis=1)
-    from_below = np.sum((normal_below - last[touching]) ** 2, axis=1)
-    steadier = from_below < at_node
-    normal[touching[steadier]], foot[touching[steadier]] = normal_below[steadier], foot_below[steadier]
+        Nodes that stick are at their anchors, (normal, point). Of touching nodes those count that are seen from
+        `depth` (n,) below, along the last normals, where that turns the normal less.
+        """
+        at = self.points + solution.displacement[self.solver.problem.contact_nodes]
+        gap, normal, foot = road.closest(at)
+        sticks, touching = solution.status == STICK, np.flatnonzero(solution.status != FREE)
+        normal[sticks], foot[sticks], at[sticks] = anchors[0][sticks], anchors[1][sticks], anchors[1][sticks]
+        last = self.normal[touching]
+        _, below, foot_below = road.closest(at[touching] - depth[touching, None] * last)
+        steadier = np.sum((below - last) ** 2, axis=1) < np.sum((normal[touching] - last) ** 2, axis=1)
+        normal[touching[steadier]], foot[touching[steadier]] = below[steadier], foot_below[steadier]
+        return gap, normal, foot
 
 
 def _rescaled(before: np.ndarray, turn: np.ndarray) -> np.ndarray:

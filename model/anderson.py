@@ -1,0 +1,52 @@
+"""Anderson's extrapolation of an iteration x <- g(x) that creeps, or overshoots, towards its fixed point.
+
+Source: D. G. Anderson, J. ACM 12 (1965); H. F. Walker and P. Ni, SIAM J. Numer. Anal. 49 (2011).
+"""
+
+import numpy as np
+
+MEMORY = 6  # iterations that are combined
+GROWTH = 2.0  # a step so many times larger than the last ends the trust in them
+CLOSER = 0.3  # and they are trusted again when steps have come down to this part of the last good one
+
+
+class Anderson:
+    """Combines the last iterations so that their steps cancel as far as they can.
+
+    Parameters
+    ----------
+    trusted : float
+        Largest component of a step g(x) - x from which on the iteration is smooth enough to combine.
+    """
+
+    def __init__(self, trusted: float):
+        self.trusted = trusted
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew: what is iterated has changed."""
+        self._steps: list[np.ndarray] = []
+        self._images: list[np.ndarray] = []
+
+    def combine(self, step: np.ndarray, image: np.ndarray) -> np.ndarray:
+        """Return where to go on from.
+
+        Parameters
+        ----------
+        step : array
+            What g changed, or that part of it which is to vanish.
+        image : array
+            g(x).
+        """
+        size = np.abs(step).max(initial=0.0)
+        if self._steps and size > GROWTH * np.abs(self._steps[-1]).max():
+            if len(self._steps) > 1:
+                self.trusted = CLOSER * np.abs(self._steps[-1]).max()
+            self.forget()
+        self._steps = [*self._steps[1 - MEMORY :], step]
+        self._images = [*self._images[1 - MEMORY :], image]
+        if len(self._steps) == 1 or size >= self.trusted:
+            return image
+        changes = np.stack([(step - s).ravel() for s in self._steps[:-1]], axis=1)
+        weights = np.linalg.lstsq(changes, step.ravel(), rcond=1e-8)[0]
+        return image - sum(w * (image - i) for w, i in zip(weights, self._images[:-1], strict=True))
