@@ -148,8 +148,8 @@ class CurvedContact:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), and normal and nearest point (n, d) where the nodes have come to be.
 
-        Nodes that stick are at their anchors, (normal, point). Of touching nodes those count that are seen from
-        `depth` (n,) below, along the last normals, where that turns the normal less.
+        Nodes that stick are at their anchors (normal, point). Touching nodes are seen from `depth` (n,) below
+        where that turns the normal less.
         """
         at = self.points + solution.displacement[self.solver.problem.contact_nodes]
         gap, normal, foot = road.closest(at)
