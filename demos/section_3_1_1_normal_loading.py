@@ -10,8 +10,8 @@
 # An elastic cylinder of radius R is pressed with the force P per length on a rigid plane. Hertz's half-space
 # theory gives
 #
-# $$ p(x) = p_0 \sqrt{1 - x^2/a^2}, \qquad p_0 = \sqrt{\frac{P E^*}{\pi R}}, \qquad a = \sqrt{\frac{4 P R}{\pi E^*}},
-#    \qquad E^* = \frac{E}{1 - \nu^2} \tag{12, 13} $$
+# $$ p(x) = p_0 \sqrt{1 - x^2/a^2}, \qquad p_0 = \sqrt{\frac{P E^*}{\pi R}},
+#    \qquad a = \sqrt{\frac{4 P R}{\pi E^*}}, \qquad E^* = \frac{E}{1 - \nu^2} \tag{12, 13} $$
 #
 # The discrete problem is: find nodal displacements u and contact forces f with
 #

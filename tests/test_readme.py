@@ -13,7 +13,12 @@ def test_the_example_prints_what_it_should(tmp_path):
     code, said = re.findall(r"```python\n(.*?)```\n.*?```text\n(.*?)```", README, re.S)[0]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert done.stdout.splitlines()[0] == said.splitlines()[0]
     assert (tmp_path / "cylinder.xdmf").exists()

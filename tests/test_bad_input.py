@@ -1,0 +1,120 @@
+"""Bad input gets one sentence that names the value and the remedy, from the function that was called."""
+
+import numpy as np
+import pytest
+
+from forms import Elasticity, Isotropic, Support
+from geometry import Body, Grid, Plane, half_cylinder, rectangle
+from model import BodyOnRoad, ContactProblem, solve
+
+
+@pytest.fixture(scope="module")
+def elasticity():
+    return Elasticity(Body.from_grid(rectangle(1.0, 1.0, 2, 2)), Isotropic(1.0, 0.3))
+
+
+@pytest.fixture
+def problem(elasticity):
+    load = elasticity.total_force("top", (0.0, -0.1))
+    system = Support(elasticity.body).fix("top", x=0.0).apply(elasticity.stiffness(), load)
+    return BodyOnRoad(elasticity, system, Plane(), "bottom").problem
+
+
+@pytest.mark.parametrize("E", [0.0, -1.0, np.nan, np.inf])
+def test_modulus(E):
+    with pytest.raises(ValueError, match="E"):
+        Isotropic(E, 0.3)
+
+
+@pytest.mark.parametrize("nu", [0.5, -1.0, 0.7, np.nan])
+def test_poisson_ratio(nu):
+    with pytest.raises(ValueError, match="nu"):
+        Isotropic(1.0, nu)
+
+
+@pytest.mark.parametrize("density", [0.0, -1.0, np.nan])
+def test_density(elasticity, density):
+    with pytest.raises(ValueError, match="density"):
+        elasticity.mass(density)
+
+
+@pytest.mark.parametrize("radius", [0.0, -10.0, np.nan])
+def test_radius(radius):
+    with pytest.raises(ValueError, match="radius"):
+        half_cylinder(radius)
+
+
+def test_unknown_boundary(elasticity):
+    with pytest.raises(ValueError, match="bottom"):
+        elasticity.traction("tread", (0.0, 1.0))
+    with pytest.raises(ValueError, match="'tread'"):
+        Support(elasticity.body).fix("tread", x=0.0)
+
+
+def test_no_candidates(elasticity):
+    system = Support(elasticity.body).apply(elasticity.stiffness(), np.zeros((9, 2)))
+    with pytest.raises(ValueError, match="reach"):
+        BodyOnRoad(elasticity, system, Plane((0.0, -5.0)), "bottom", reach=1.0)
+
+
+def test_folded_cells_unused_nodes_and_nan():
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    folded = np.vstack([points[:3], [[-0.5, -0.5]]])
+    with pytest.raises(ValueError, match="folded or flat, the first is cell 0"):
+        Body.from_grid(Grid(folded, np.array([[0, 1, 2, 3]]), "quadrilateral", {}))
+    with pytest.raises(ValueError, match="belong to no cell"):
+        Body.from_grid(Grid(np.vstack([points, [[5.0, 5.0]]]), np.array([[0, 1, 2, 3]]), "quadrilateral", {}))
+    points[0, 0] = np.nan
+    with pytest.raises(ValueError, match="Node 0 of the mesh is at"):
+        Body.from_grid(Grid(points, np.array([[0, 1, 2, 3]]), "quadrilateral", {}))
+
+
+def test_a_body_below_the_road(elasticity):
+    system = Support(elasticity.body).fix("top", x=0.0).apply(elasticity.stiffness(), np.zeros((9, 2)))
+    with pytest.raises(ValueError, match="below the road"):
+        BodyOnRoad(elasticity, system, Plane((0.0, 0.2)), "bottom")
+
+
+def rebuilt(problem, **changes):
+    names = ("A", "b", "coordinates", "contact_nodes", "normal", "gap")
+    return ContactProblem(**{name: getattr(problem, name) for name in names} | changes)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "says"),
+    [
+        ("b", np.full((9, 2), np.nan), "b holds nan"),
+        ("b", np.zeros(3), "b has shape"),
+        ("gap", np.array([0.0, np.nan, 0.0]), "gap holds nan"),
+        ("normal", np.full((3, 2), 0.5), "unit vectors"),
+        ("contact_nodes", np.array([], dtype=int), "contact_nodes is empty"),
+        ("contact_nodes", np.array([1, 1, 2]), "different nodes"),
+        ("contact_nodes", np.array([1, 2, 99]), "different nodes"),
+        ("coordinates", np.zeros((9, 4)), "4 columns"),
+        ("A", np.eye(18), "sparse"),
+        ("friction", -0.1, "mu is -0.1"),
+        ("friction", np.nan, "mu is nan"),
+    ],
+)
+def test_contact_problem(problem, name, value, says):
+    with pytest.raises(ValueError, match=says):
+        rebuilt(problem, **{name: value})
+
+
+def test_solver_options(problem):
+    with pytest.raises(ValueError, match="correction is 'magic'"):
+        solve(problem, "magic")
+    with pytest.raises(ValueError, match="permutation"):
+        solve(problem, order=np.zeros(9, dtype=int))
+
+
+def test_files_that_are_no_problems(tmp_path):
+    path = tmp_path / "problem.npz"
+    path.write_bytes(b"PK\x03\x04 no archive")
+    with pytest.raises(ValueError, match="is not a contact problem"):
+        ContactProblem.load(path)
+    np.savez(path, indptr=np.array([object()], dtype=object))
+    with pytest.raises(ValueError, match="is not a contact problem"):
+        ContactProblem.load(path)
+    with pytest.raises(FileNotFoundError):
+        ContactProblem.load(tmp_path / "none.npz")
