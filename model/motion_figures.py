@@ -1,6 +1,5 @@
 """Figures and films of bodies in motion, in the look of `model.figures`."""
 
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
@@ -34,8 +33,9 @@ def bounce_figure(
     title : str
         Above the axes.
     """
-    figure = plt.figure(figsize=(10, 6), layout="constrained")
-    top, bottom = np.ravel(figure.subfigures(2, 1, height_ratios=[1, 1.6]))
+    figure = plt.figure(figsize=(10, 5.6), layout="constrained")
+    halves: Any = figure.subfigures(2, 1, height_ratios=[1, 1.9])
+    top, bottom = halves
     axes = top.subplots()
     node = history.points[point]
     for time, displacement in snapshots.items():
@@ -49,8 +49,8 @@ def bounce_figure(
     axes.axhline(0.0, color="black", linewidth=1)
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
     axes.autoscale_view()
-    axes.margins(y=0.12)
-    top.suptitle(title)
+    axes.set_ylim(-0.15, axes.get_ylim()[1] + 0.15)
+    figure.suptitle(title)
     labels = {"u_y": "displacement (m)", "v_y": "velocity (m/s)", "f_y": "nodal force (N/m)"}
     for panel, (name, label), look in zip(bottom.subplots(1, 3), labels.items(), LOOKS):
         panel.plot(history["time"], history[f"{name}({point})"], color=look["color"], linewidth=1)
@@ -140,9 +140,9 @@ def film(
         middle = x[:, 0].mean()
         axes.set_xlim(middle - window[0] / 2, middle + window[0] / 2)
         axes.set_title(caption, fontsize="medium")
-        with io.BytesIO() as picture:
-            figure.savefig(picture, format="png", dpi=100)
-            images.append(imageio.imread(picture.getvalue(), extension=".png")[..., :3])
+        figure.canvas.draw()
+        figure.set_layout_engine("none")  # the first frame's layout serves all
+        images.append(np.array(figure.canvas.buffer_rgba())[..., :3])  # type: ignore[attr-defined]
     plt.close(figure)
     with write_aside(path) as aside:
         imageio.imwrite(aside, np.stack(images), extension=".gif", duration=1000 * seconds, loop=0)
