@@ -23,6 +23,7 @@ def test_quick_demo(tmp_path):
     assert results["max_coulomb_violation[mu=0.5]"] < 1e-12
     assert results["p0[mu=0.5]"] > results["p0[mu=0]"]
     assert results["a[mu=0.5]"] < results["a[mu=0]"]
+    assert results["error_p0[correction=none]"] < 1e-8
     assert results["order_p0"] > 1.0
     assert results["hertz_model_error[load=0.1]"] < results["hertz_model_error[load=1]"] / 2
     assert summary["cost"]["residual"] < 1e-10
