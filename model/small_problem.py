@@ -273,6 +273,46 @@ def sweep(count, S, contact, inverse, b, u, status, bound, slip_rate):
 
 
 @njit(cache=True, error_model="numpy")
+def part_until_rest(S, contact, u, R, force, status, numbers, step):
+    """Part of a Newton step at which elastic energy and friction's work (present pressures) are least.
+
+    Slip that would turn round stops instead: where friction alone holds the body, Newton's step has no end.
+    """
+    d = u.shape[1]
+    slope, curvature = 0.0, 0.0
+    for row in range(numbers.size):
+        c, a = numbers[row] // d, numbers[row] % d
+        slope -= step[row] * (R[c, a] - (force[c, a] if status[c] == SLIP else 0.0))
+        for column in range(numbers.size):
+            curvature += step[row] * S[numbers[row], numbers[column]] * step[column]
+    low, high = 0.0, 1.0
+    for count in range(100):
+        part = 0.5 * (low + high) if count > 1 else 1.0 - count  # both ends first
+        power, row = slope + part * curvature, 0
+        while row < numbers.size:
+            c = numbers[row] // d
+            if status[c] != SLIP:
+                row += 1
+                continue
+            friction, speed, slip = 0.0, 0.0, 0.0
+            for a in range(1, d):  # of a slipping node all tangential unknowns are among the numbers
+                s = u[c, a] - contact.reference[c, a - 1] + part * step[row]
+                friction += force[c, a] ** 2
+                speed += s * step[row]
+                slip += s * s
+                row += 1
+            if slip > 0.0:
+                power += np.sqrt(friction / slip) * speed
+        if (count == 0 and power <= 0.0) or (count == 1 and power >= 0.0):
+            return 1.0  # downhill all the way, or not at all
+        if power > 0.0:
+            high = part
+        else:
+            low = part
+    return high
+
+
+@njit(cache=True, error_model="numpy")
 def newton_step(S, contact, u, status, R, force, bound, slip_rate):
     """Solve for the unknowns that are linear at present, the friction force of slipping nodes following."""
     d = u.shape[1]
@@ -296,8 +336,9 @@ def newton_step(S, contact, u, status, R, force, bound, slip_rate):
         step = np.linalg.solve(J, missing)
     except Exception:  # no unique slip: leave it to the loop
         return
+    part = 1.0 if bound is None else part_until_rest(S, contact, u, R, force, status, numbers, step)
     for row in range(numbers.size):
-        u[numbers[row] // d, numbers[row] % d] += step[row]
+        u[numbers[row] // d, numbers[row] % d] += part * step[row]
 
 
 @njit(cache=True, error_model="numpy")
