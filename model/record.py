@@ -7,6 +7,8 @@ from time import perf_counter
 import numpy as np
 from tqdm import tqdm
 
+IDLE = 100  # residual tests without progress that are enough
+
 
 class NotConverged(RuntimeError):
     """The solve ended above its tolerance.
@@ -35,15 +37,20 @@ class Record:
         Number of sweeps so far.
     progress : bool
         Show a bar on a terminal when the solve takes over two seconds.
+    causes : callable
+        From the history to what may have gone wrong, for the message of NotConverged.
     """
 
     tolerance: float
     limit: int
     sweeps: Callable[[], int]
     progress: bool = True
+    causes: Callable[[list[float]], list[str]] = lambda history: []
     history: list[float] = field(default_factory=list)
     cycles: int = 0
     began: float = field(default_factory=perf_counter)
+    best: float = np.inf
+    idle: int = 0
 
     def __post_init__(self) -> None:
         """Open the bar, unseen for two seconds and wherever the output is not a terminal."""
@@ -57,9 +64,12 @@ class Record:
         Raises
         ------
         NotConverged
-            If the residual is not a number, the limit is reached, or nothing has moved for a long time.
+            If the residual is not a number, the limit is reached, or it has not fallen for IDLE tests.
         """
         self.history.append(residual)
+        self.idle += 1
+        if residual < 0.999 * self.best:
+            self.best, self.idle = residual, 0
         self.bar.update()
         self.bar.set_postfix_str(f"residual {residual:.1e}", refresh=False)
         if residual <= self.tolerance:
@@ -69,14 +79,18 @@ class Record:
             self.give_up("the numbers overflowed: scale the units or check the matrix")
         if len(self.history) > self.limit:
             self.give_up(f"the limit of {self.limit} residual tests was reached")
+        if self.idle >= IDLE:
+            self.give_up(f"the residual has not fallen for {IDLE} tests")
         return False
 
     def give_up(self, why: str) -> None:
-        """Raise NotConverged with the residual, the counts and the reason."""
+        """Raise NotConverged with the residual, the counts, the reason and its likely causes."""
         self.bar.close()
+        causes = self.causes(self.history)
+        likely = "; likeliest causes: " + "; ".join(f"({k}) {c}" for k, c in enumerate(causes, 1))
         raise NotConverged(
-            f"No convergence: {why}; natural residual {self.history[-1]:.2e} "
-            f"(best {np.nanmin(self.history):.2e}) against tolerance {self.tolerance:.1e} "
-            f"after {self.sweeps()} sweeps and {self.cycles} cycles.",
+            f"No convergence: {why}; natural residual {self.history[-1]:.2e} (best {self.best:.2e}) "
+            f"against tolerance {self.tolerance:.1e} after {self.sweeps()} sweeps and {self.cycles} cycles"
+            f"{likely if causes else ''}.",
             self,
         )

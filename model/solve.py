@@ -10,6 +10,7 @@ import numpy as np
 from .algebraic import algebraic
 from .blocks import block_matrix
 from .condensation import Condensation
+from .diagnosis import likely_causes
 from .loop import NodeLoop
 from .multigrid import geometric
 from .problem import ContactProblem
@@ -208,7 +209,13 @@ class ContactSolver:
         u = np.zeros(loop.shape) if start is None else np.array(start, dtype=np.float64).reshape(loop.shape)
         status = loop.start(u, start_status)
         first = loop.sweeps
-        record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
+        record = Record(
+            tolerance,
+            limit,
+            lambda: loop.sweeps - first,
+            self.progress,
+            lambda history: likely_causes(loop, u, status, history, tolerance, self.correction.name),
+        )
         self.correction.solve(u, status, record)
         frame = loop.frame
         seconds = perf_counter() - began
