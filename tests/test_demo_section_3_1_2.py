@@ -1,0 +1,29 @@
+"""Section 3.1.2 of the paper, in its quick form."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+DEMO = Path(__file__).parents[1] / "demos" / "section_3_1_2_tangential_loading.py"
+
+
+def test_quick_demo(tmp_path):
+    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
+    out = tmp_path / DEMO.stem
+    summary = json.loads((out / "summary.json").read_text())
+    results = {key: result["value"] for key, result in summary["results"].items()}
+    for name in ("subsequent", "initial"):
+        assert results[f"max_coulomb_violation[{name}]"] < 1e-12
+        assert results[f"tangential_force_error[{name}]"] < 1e-10
+        assert results[f"max_slip_power[{name}]"] <= 0.0
+        assert results[f"stick_from[{name}]"] + results[f"stick_to[{name}]"] > 0.0  # towards the leading edge
+    assert results["stick_to[initial]"] == results["contact_to[initial]"]  # and up to it
+    assert results["stick_to[subsequent]"] < results["contact_to[subsequent]"]
+    assert abs(results["c_over_a[uncoupled]"] / 0.5 - 1) < 0.04
+    for name in ("figure_6.png", "figure_7.png", "uncoupled.png", "initial.xdmf"):
+        assert (out / name).stat().st_size > 1000
+    with np.load(out / "problem.npz") as problem:
+        assert problem["contact_force"].shape == problem["normal"].shape

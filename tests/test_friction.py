@@ -1,0 +1,174 @@
+"""Coulomb's law in the loop: laws, sliding, the cone, node order, and an independent solver."""
+
+import numpy as np
+import pytest
+from scipy.sparse import bmat, csr_array, eye_array
+from scipy.sparse.linalg import spsolve
+
+from forms import Elasticity, Isotropic, Support
+from geometry import Body, Plane, half_cylinder_nested, rectangle
+from model import (
+    BodyOnRoad,
+    ContactSolver,
+    coulomb,
+    follow,
+    friction_law,
+    solve,
+    static_kinetic,
+    stribeck,
+    viscous,
+)
+
+
+def value(law, *arguments):
+    return law.bound.ctypes(*arguments)
+
+
+def test_laws_by_their_formulas():
+    assert value(coulomb(0.4), 10.0, 1.0, 0.0) == 4.0
+    law = static_kinetic(0.5, 0.3)
+    assert [value(law, 10.0, 0.0, 0.0), value(law, 10.0, 1.0, 0.0), value(law, 10.0, 0.0, 1.0)] == [
+        5.0,
+        3.0,
+        3.0,
+    ]
+    assert value(viscous(0.1, 2.0), 10.0, 3.0, 0.0) == pytest.approx(7.0)
+    law = stribeck(0.5, 0.3, 2.0, 0.1)
+    assert value(law, 10.0, 1.0, 0.0) == pytest.approx(10 * (0.3 + 0.2 * np.exp(-0.25)) + 0.1)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: coulomb(-0.1),
+        lambda: coulomb(np.nan),
+        lambda: static_kinetic(0.3, 0.5),
+        lambda: viscous(0.1, -1.0),
+        lambda: stribeck(0.5, 0.3, 0.0),
+    ],
+)
+def test_laws_refuse_what_makes_no_sense(make):
+    with pytest.raises(ValueError, match="but"):
+        make()
+
+
+def block(friction):
+    """A block on the road under a platen, and its loads P = 1 down and Q = 1 along."""
+    body = Body.from_grid(rectangle(2.0, 1.0, 8, 4))
+    elasticity = Elasticity(body, Isotropic(100.0, 0.3))
+    support = Support(body).platen("top")
+    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1.0)))
+    pull = system.reduce(elasticity.total_force("top", (1.0, 0.0)))
+    return BodyOnRoad(elasticity, system, Plane(), "bottom", friction), system.load, pull
+
+
+def test_a_block_starts_to_slide_at_mu_p_and_not_before():
+    mu = 0.3
+    pressed, push, pull = block(mu)
+    last = list(
+        follow(
+            ContactSolver(pressed.problem, "direct"), [push, push + 0.9 * mu * pull, push + 0.999 * mu * pull]
+        )
+    )[-1]
+    assert np.any(last.status == 2)
+    with pytest.raises((RuntimeError, ValueError)):
+        list(follow(ContactSolver(pressed.problem, "direct"), [push, push + 1.01 * mu * pull], limit=300))
+
+
+def pressed_cylinder(mu, refinements=1):
+    body = Body.from_grid(half_cylinder_nested(10.0), refinements)
+    elasticity = Elasticity(body, Isotropic(210e3, 0.3))
+    support = Support(body).platen("top").fix("top", x=0.0)
+    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
+    return BodyOnRoad(elasticity, system, Plane(), "arc", mu)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 5])
+@pytest.mark.parametrize("mu", [0.01, 0.1, 0.3, 0.5, 1.0, 3.0])
+def test_the_cone_holds_and_slip_never_helps(mu, steps):
+    problem = pressed_cylinder(mu).problem
+    before = np.zeros_like(problem.tangential_reference)
+    for step in follow(
+        ContactSolver(problem, "multigrid"), [problem.b * k / steps for k in range(1, steps + 1)]
+    ):
+        tangential = np.abs(step.contact_force[:, 0])
+        assert np.max(tangential - mu * step.pressure_force) < 1e-12 * step.pressure_force.max()
+        here = step.displacement[problem.contact_nodes]
+        assert np.max(step.contact_force[:, 0] * (here - before)[:, 0] * (step.status == 1)) <= 0.0
+        before = here
+
+
+def semi_smooth_newton(file):
+    """Solve a saved 2-D problem with normals +y as an outsider would: multipliers and projections."""
+    A = csr_array((file["data"], file["indices"], file["indptr"]))
+    b, mu, gap, s = (
+        file["load"],
+        float(file["friction_coefficient"]),
+        file["gap"],
+        file["tangential_reference"][:, 0],
+    )
+    x, y = 2 * file["contact_nodes"], 2 * file["contact_nodes"] + 1
+    n, N, r = x.size, b.size, np.abs(A.diagonal()).max()
+    eye = eye_array(N, format="csr")
+    u, p, t = file["displacement"].ravel() * 0.9, np.zeros(n), np.zeros(n)
+    lone = np.diff(A.indptr) == 1
+    u[lone] = (b / A.diagonal())[lone]
+    p, t = (A @ u - b)[y], (A @ u - b)[x]
+    for _ in range(60):
+        force = np.zeros(N)
+        force[y], force[x] = p, t
+        touch = p - r * (gap + u[y]) > 0
+        trial = t - r * (u[x] - s)
+        slide = np.abs(trial) > mu * np.maximum(p, 0)
+        sign = np.sign(trial)
+        equilibrium = A @ u - b - force
+        normal = np.where(touch, gap + u[y], p)
+        along = np.where(touch, np.where(slide, t - mu * sign * p, u[x] - s), t)
+        missing = np.concatenate([equilibrium, normal, along])
+        if np.abs(missing[:N]).max() < 1e-9 * np.abs(b).max() and np.abs(missing[N:]).max() < 1e-9:
+            break
+        D = lambda d: csr_array((d, (np.arange(n), np.arange(n))), shape=(n, n))  # noqa: E731
+        stick = touch & ~slide
+        J = bmat(
+            [
+                [A, -eye[:, y], -eye[:, x]],
+                [D(touch * 1.0) @ eye[y], D(~touch * 1.0), None],
+                [D(stick * 1.0) @ eye[x], D((touch & slide) * (-mu) * sign), D((~stick) * 1.0)],
+            ],
+            format="csc",
+        )
+        step = spsolve(J, -missing)
+        u, p, t = u + step[:N], p + step[N : N + n], t + step[N + n :]
+    return u.reshape(-1, 2), np.column_stack([t, p])
+
+
+def test_an_independent_solver_agrees(tmp_path):
+    problem = pressed_cylinder(0.3).problem
+    solution = solve(problem, "direct", tolerance=1e-12)
+    problem.save(tmp_path / "problem.npz", solution)
+    with np.load(tmp_path / "problem.npz") as file:
+        u, force = semi_smooth_newton(dict(file))
+    assert np.abs(u - solution.displacement).max() < 1e-8 * np.abs(u).max()
+    assert np.abs(force - solution.contact_force).max() < 1e-8 * np.abs(force).max()
+
+
+def test_node_order_does_not_matter_with_friction():
+    body = Body.from_grid(rectangle(1.0, 0.5, 6, 3))
+    elasticity = Elasticity(body, Isotropic(1.0, 0.3))
+    system = Support(body).fix("top", x=0.02, y=-0.03).apply(elasticity.stiffness(), np.zeros((28, 2)))
+    problem = BodyOnRoad(elasticity, system, Plane(), "bottom", 0.2).problem
+    first = solve(problem, "none", tolerance=1e-13)
+    for order in (np.arange(28)[::-1], np.random.default_rng(5).permutation(28)):
+        other = solve(problem, "none", tolerance=1e-13, order=order)
+        assert np.abs(other.displacement - first.displacement).max() < 1e-8 * np.abs(first.displacement).max()
+    assert {1, 2} <= set(first.status.tolist())
+
+
+def test_a_users_own_law():
+    def capped(pressure, slip, state):
+        return min(0.5 * pressure, 0.02)
+
+    pressed, push, pull = block(friction_law(capped, coefficient=0.5))
+    last = list(follow(ContactSolver(pressed.problem, "direct"), [push, push + 0.1 * pull]))[-1]
+    assert np.abs(last.contact_force[:, 0]).max() <= 0.02 * (1 + 1e-12)
+    assert abs(last.contact_force[:, 0].sum() + 0.1) < 1e-9
