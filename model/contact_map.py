@@ -22,6 +22,7 @@ def contact_map(
     status: np.ndarray,
     reach: float,
     mirror: Sequence[int] = (),
+    centre: tuple[float, float] = (0.0, 0.0),
     title: str = "",
 ) -> Figure:
     """Draw nodal fields on a boundary, looking down on the road, and beside them what each node does.
@@ -37,22 +38,18 @@ def contact_map(
     status : ndarray, shape (N,)
         0 free, 1 slip, 2 stick.
     reach : float
-        Half the width of what is drawn, about the middle of the contact (mm).
+        Half the width of what is drawn (mm).
     mirror : axes
         0 and 1 for bodies cut at x = 0 and y = 0, to draw the other half as well.
+    centre : (x, y)
+        Middle of what is drawn (mm).
     title : str
         Above the maps.
     """
     facets = np.asarray(body.facets[boundary])
     facets = facets[:, OUTLINE[facets.shape[1]]]
     x = body.coordinates[:, :2]
-    touching = np.flatnonzero(status)
-    middle = (
-        (x[touching].min(axis=0) + x[touching].max(axis=0)) / 2
-        if touching.size
-        else x[facets].mean(axis=(0, 1))
-    )
-    middle[list(mirror)] = 0.0
+    middle = np.asarray(centre)
     facets = facets[(np.abs(x[facets] - middle) <= 1.5 * reach).all(axis=(1, 2))]
     signs = [np.ones(2)]
     for axis in mirror:

@@ -14,13 +14,14 @@ On a hill the same would do harm, so of the two looks, from the node and from be
 that turns the normal less. What is left of creeping and overshooting Anderson's extrapolation removes.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from .anderson import Anderson
-from .contact_loop import FREE, STICK
+from .contact_loop import FREE, SLIP, STICK
 from .record import NotConverged, Record
 from .solve import ContactSolver, Solution
 
@@ -142,6 +143,34 @@ class CurvedContact:
                 cycles=sum(s.cycles for s in rounds),
             ),
         )
+
+    def follow(
+        self, road: Any, steps: Iterable[tuple[float, np.ndarray]], **options: Any
+    ) -> Iterator[Solution]:
+        """Solve for one time after the other: nodes stick where they were, and go where the road goes.
+
+        Parameters
+        ----------
+        road : MovingRoad
+            Its `at(time)` is the road at a time, `displacement(time)` (d,) how far it has moved since time 0.
+        steps : iterable of (time, load (N, d))
+        **options
+            Further arguments of `solve`.
+
+        Yields
+        ------
+        Solution
+            One a step.
+        """
+        nodes, reference = self.solver.problem.contact_nodes, self.solver.problem.tangential_reference
+        moved = np.zeros(self.points.shape[1])
+        for time, b in steps:
+            way, moved = road.displacement(time) - moved, road.displacement(time)
+            solution = self.solve(road.at(time), tangential_reference=reference + way, b=b, **options)
+            yield solution
+            reference = solution.displacement[nodes]
+            options |= {"start": solution.displacement, "start_status": solution.status}
+            self.solver.state = np.asarray(solution.status == SLIP, dtype=np.float64)
 
     def _look(
         self, road: Any, solution: Solution, anchors: tuple[np.ndarray, np.ndarray], depth: np.ndarray
