@@ -7,7 +7,8 @@ long run costs what its own contact asks for. The factorisation and the columns 
 steps.
 
 A body held only by the contact has a singular A. It is then grounded by springs at a few candidates, and the
-springs are taken out of the small problem again, exactly: the result is that of the body without them.
+springs are taken out of the small problem again, exactly: the result is that of the body without them. So are
+hard candidates in a soft body: what the soft part holds them by would drown the little by which they yield.
 """
 
 import numpy as np
@@ -16,12 +17,13 @@ from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.sparse import bsr_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
-from .blocks import REORDER_SUMS, defect
+from .blocks import REORDER_SUMS
 from .contact_loop import FREE, STICK, place_all_on_surface
 from .loop import NodeLoop
 from .record import Record
 from .small_problem import SmallProblem
 
+HARD = 1e4  # times the softest unknown
 NOBODY = np.zeros(0, dtype=np.int64)
 MEMORY = 2**27  # bytes that whole columns of A^-1 may take
 
@@ -36,7 +38,8 @@ class Condensation:
     loop : NodeLoop
         The loop on the whole problem.
     grounded : (k,)
-        Numbers of candidates that can hold the body where A alone does not; none where it does.
+        Numbers of candidates that can hold the body where A alone does not; none where it does. Some
+        hard candidates of a body that is soft elsewhere are added.
 
     Attributes
     ----------
@@ -47,20 +50,23 @@ class Condensation:
     name = "direct"
 
     def __init__(self, A: bsr_array, loop: NodeLoop, grounded: np.ndarray):
-        self.loop, self.grounded = loop, np.asarray(grounded, dtype=np.int64)
+        self.loop = loop
         N, d = loop.shape
         n = loop.nodes.size
         self.springs = np.zeros((n, 1))
         matrix = csc_array(A)
-        if grounded.size:
-            self.springs[grounded] = np.mean(np.einsum("caa->ca", loop.block[grounded]))
+        stiffness = np.einsum("caa->c", loop.block) / d
+        soft = np.min(matrix.diagonal(), where=loop.loaded.ravel(), initial=np.inf)
+        hard = np.flatnonzero(stiffness > HARD * soft)
+        self.grounded = np.union1d(grounded, hard[:: 1 + hard.size // 100]).astype(np.int64)
+        if self.grounded.size:
+            self.springs[self.grounded, 0] = stiffness[self.grounded]
             springs = np.zeros((N, d))
             springs[loop.nodes] = self.springs
             matrix = csc_array(matrix + diags_array(springs.ravel()))
         self.factor = splu(
             matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
-        self._defect = defect(d)
         # whole columns spare a back-substitution a step; large problems keep the rows of the candidates only
         self._whole = 8 * N * d * n * d <= MEMORY
         self._row = loop.nodes if self._whole else np.arange(n)  # of each candidate in the columns, in nodes
@@ -81,15 +87,26 @@ class Condensation:
         return self.factor.solve(r.ravel()).reshape(self.loop.shape)
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
-        """Solve the problem the loop is aimed at, from u (N, d) and status (n,), both updated in place."""
+        """Solve the problem the loop is aimed at, from u (N, d) and status (n,), both updated in place.
+
+        Each cycle asks only for what is still missing, so that the next makes good what rounding spoilt.
+        """
         loop = self.loop
-        r = np.empty(loop.shape)
         while not record.finished(loop.residual(u, status)):
-            self._defect(loop.A, loop.b, u, r)
-            self.improve(u, status, r, 0.1 * record.tolerance)
+            apart = status == FREE
+            loop.R[loop.nodes[apart]] -= loop.force[apart]
+            loop.force[apart] = 0.0
+            self.improve(u, status, loop.R, 0.1 * record.tolerance, loop.force)
             record.cycles += 1
 
-    def improve(self, u: np.ndarray, status: np.ndarray, r: np.ndarray, tolerance: float) -> None:
+    def improve(
+        self,
+        u: np.ndarray,
+        status: np.ndarray,
+        r: np.ndarray,
+        tolerance: float,
+        known: np.ndarray | None = None,
+    ) -> None:
         """Bring u (N, d) and status (n,) to the solution, up to rounding.
 
         Parameters
@@ -97,11 +114,14 @@ class Condensation:
         u, status
             Updated in place; u need not be admissible.
         r : (N, d)
-            Defect of u, load - A u; overwritten.
+            What u misses of equilibrium, load - A u + known forces of the road; overwritten.
         tolerance : float
             Natural residual of the small problem.
+        known : (n, d), optional
+            Forces on the candidates that touch; default zero.
         """
         loop, contact = self.loop, self.loop.contact
+        known = np.zeros(loop.force.shape) if known is None else known
         free = self.back_substitute(r)
         gap, after = np.empty(status.size), np.empty(status.size)
         member = np.zeros(status.size, dtype=np.bool_)
@@ -116,7 +136,7 @@ class Condensation:
                 member[below[np.argsort(after[below])[: max(8, int(member.sum()))]]] = True
             self._set_up(np.flatnonzero(member))
             active = self._active
-            force = self.small.solve(contact, active, u, free, gap, status, loop.slip_rate, tolerance)
+            force = self.small.solve(contact, active, u, free, gap, known, status, loop.slip_rate, tolerance)
             if self._whole:
                 moved = free.copy()
                 spread(self._columns, self._place, force, active, moved.reshape(-1))

@@ -57,11 +57,12 @@ class SmallProblem:
         u: np.ndarray,
         free: np.ndarray,
         gap: np.ndarray,
+        known: np.ndarray,
         status: np.ndarray,
         slip_rate: float,
         tolerance: float,
     ) -> np.ndarray:
-        """Find the forces on the nodes, all others in equilibrium.
+        """Find the forces that the nodes miss, all others in equilibrium.
 
         Parameters
         ----------
@@ -70,9 +71,11 @@ class SmallProblem:
         active : (k,)
             The numbers among them of the nodes of this problem.
         u, free : (N, d)
-            Displacement, and where it would go from there without more force from the road.
+            Displacement, and where it would go from there with the known forces alone.
         gap : (n,)
             Gaps at u.
+        known : (n, d)
+            Known forces of the road.
         status : (n,)
             First guess, updated in place.
         slip_rate : float
@@ -83,11 +86,11 @@ class SmallProblem:
 
         Returns
         -------
-        (k, d), forces of the road and of the springs that ground the nodes.
+        (k, d), forces of the road that are missing, and forces of the springs that ground the nodes.
         """
         force = np.empty((active.size, u.shape[1]))
         solve_active(
-            self.arrays, whole, active, u, free, gap, status, force, self._bound, slip_rate, tolerance
+            self.arrays, whole, active, u, free, gap, known, status, force, self._bound, slip_rate, tolerance
         )
         return force
 
@@ -133,10 +136,10 @@ def prepare(arrays):
 
 
 @njit(cache=True, error_model="numpy")
-def solve_active(arrays, whole, active, u, free, gap, status, force, bound, slip_rate, tolerance):
+def solve_active(arrays, whole, active, u, free, gap, known, status, force, bound, slip_rate, tolerance):
     """Fill `force` (k, d) and the status (n,) of the active candidates, from global components and back."""
     k, d = force.shape
-    target, b, move = np.empty(k * d), np.zeros((k, d)), np.zeros((k, d))
+    target, b, move, local = np.empty(k * d), np.zeros((k, d)), np.zeros((k, d)), np.zeros((k, d))
     gaps, state = np.empty(k), np.empty(k)
     reference, decided = np.empty((k, d - 1)), np.empty(k, dtype=status.dtype)
     for j in range(k):
@@ -148,7 +151,9 @@ def solve_active(arrays, whole, active, u, free, gap, status, force, bound, slip
             for e in range(d):
                 go += whole.frame[c, a, e] * free[i, e]
                 been += whole.frame[c, a, e] * u[i, e]
+                local[j, a] += whole.frame[c, a, e] * known[c, e]
             target[j * d + a] = go
+            b[j, a] -= local[j, a]
             if a > 0:
                 reference[j, a - 1] = whole.reference[c, a - 1] - been
     for i in range(k * d):
@@ -160,7 +165,7 @@ def solve_active(arrays, whole, active, u, free, gap, status, force, bound, slip
         c = active[j]
         status[c] = decided[j]
         for a in range(d):
-            target[a] = force[j, a] + arrays.springs[j, 0] * move[j, a]
+            target[a] = force[j, a] - local[j, a] + arrays.springs[j, 0] * move[j, a]
         for e in range(d):
             force[j, e] = 0.0
             for a in range(d):
