@@ -1,18 +1,4 @@
-"""Contact with a road that is not flat: the same loop, on planes that follow the nodes along the road.
-
-Each round solves the contact problem with these planes, and then lays them anew where the nodes have come
-to be; it ends when every node that touches lies on the road itself and its force is along the road's
-normal there. The planes touch the road, so the distance left falls with the square of the last move.
-
-The force on a node turns as the node moves along the road, which its plane does not know. Where the road
-is hollow the node therefore goes too far, and back, and so on for ever in a corner. So the road is looked
-at from a little below each node that touches, by as much as its force would move it: seen from there a
-hollow is less curved, by just what the turning force moves the node back, and the deepest point of a
-corner is nearest to a whole wedge of nodes, with all the normals between those of its two slopes. (In
-convex optimisation this is the projection x = P(x - f / k), k being the stiffness that the node feels.)
-On a hill the same would do harm, so of the two looks, from the node and from below it, the one counts
-that turns the normal less. What is left of creeping and overshooting Anderson's extrapolation removes.
-"""
+"""Static contact with a road that is not flat: the same solver, round after round, on planes that follow nodes."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -20,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from .anderson import Anderson
-from .contact_loop import FREE, SLIP, STICK
+from .contact_loop import FREE, SLIP
 from .record import NotConverged, Record
+from .road_planes import RoadPlanes
 from .solve import ContactSolver, Solution
 
 ON_ROAD = 1e-12  # of the body's size: a node so near to the road is on it
-SMOOTH = 0.1  # turns of the normals below which rounds are combined
 ROUNDS = 200
 
 
@@ -99,36 +84,25 @@ class CurvedContact:
         reference = (
             solver.problem.tangential_reference if tangential_reference is None else tangential_reference
         )
-        anchor = road.closest(points + reference)[2]  # where nodes stick
-        anchors = (road.closest(anchor)[1], anchor)
-        _, self.normal, self.foot = road.closest(points if start is None else points + start[nodes])
-        softness = 1.0 / np.einsum("caa->ca", solver.loop.diagonal[nodes]).mean(axis=1)
-        turn, self.distances = np.zeros(points.shape), []
-        anderson, status = Anderson(SMOOTH), np.zeros(0)
+        at = points if start is None else points + start[nodes]
+        planes = RoadPlanes(road, at, points + reference, softness(solver.loop), ON_ROAD * self.size)
+        self.distances = planes.distances
         rounds: list[Solution] = []
         options["start"] = start
         while len(rounds) < ROUNDS:
-            solver.turn(self.normal, np.einsum("ca,ca->c", self.normal, points - self.foot))
-            solution = solver.solve(tangential_reference=anchor - points, tolerance=tolerance, **options)
+            solver.turn(planes.normal, planes.gaps(points))
+            solution = solver.solve(
+                tangential_reference=planes.anchor - points, tolerance=tolerance, **options
+            )
             rounds.append(solution)
-            touching = np.flatnonzero(solution.status != FREE)
-            gap, normal, foot = self._look(road, solution, anchors, softness * solution.pressure_force)
-            before, turn = turn, normal - self.normal
-            softness *= _rescaled(before, turn)
-            above = np.delete(gap, touching)
-            self.distances.append(max(np.abs(gap[touching]).max(initial=0.0), -above.min(initial=0.0)))
-            steady = np.abs(turn[touching]).max(initial=0.0) <= 10 * tolerance or solution.history.size == 1
-            if steady and self.distances[-1] <= ON_ROAD * self.size:
-                gap[touching] = 0.0
-                return _all_rounds(rounds, np.maximum(gap, 0.0))
-            if not np.array_equal(status, solution.status):
-                anderson.forget()
-            status = solution.status
-            places = np.stack([normal[touching], foot[touching]])
-            normal[touching], foot[touching] = anderson.combine(turn[touching], places)
-            self.normal, self.foot = normal / np.linalg.norm(normal, axis=1, keepdims=True), foot
-            guess = solution.displacement.copy()
-            guess[nodes[touching]] = (foot - points)[touching]
+            u, status = solution.displacement, solution.status
+            nothing_to_do = solution.history.size == 1
+            steady = np.inf if nothing_to_do else 10 * tolerance
+            if planes.follow(points + u[nodes], status, solution.pressure_force, steady):
+                self.normal, self.foot = planes.normal, planes.foot
+                return _all_rounds(rounds, planes.gap)
+            guess, touching = u.copy(), status != FREE
+            guess[nodes[touching]] = (planes.foot - points)[touching]
             options |= {"start": guess, "start_status": status}
         raise NotConverged(
             f"No convergence on the curved road: after {ROUNDS} rounds nodes are {self.distances[-1]:.1e} "
@@ -172,30 +146,10 @@ class CurvedContact:
             options |= {"start": solution.displacement, "start_status": solution.status}
             self.solver.state = np.asarray(solution.status == SLIP, dtype=np.float64)
 
-    def _look(
-        self, road: Any, solution: Solution, anchors: tuple[np.ndarray, np.ndarray], depth: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return gap (n,), and normal and nearest point (n, d) where the nodes have come to be.
 
-        Nodes that stick are at their anchors (normal, point). Touching nodes are seen from `depth` (n,) below
-        where that turns the normal less.
-        """
-        at = self.points + solution.displacement[self.solver.problem.contact_nodes]
-        gap, normal, foot = road.closest(at)
-        sticks, touching = solution.status == STICK, np.flatnonzero(solution.status != FREE)
-        normal[sticks], foot[sticks], at[sticks] = anchors[0][sticks], anchors[1][sticks], anchors[1][sticks]
-        last = self.normal[touching]
-        _, below, foot_below = road.closest(at[touching] - depth[touching, None] * last)
-        steadier = np.sum((below - last) ** 2, axis=1) < np.sum((normal[touching] - last) ** 2, axis=1)
-        normal[touching[steadier]], foot[touching[steadier]] = below[steadier], foot_below[steadier]
-        return gap, normal, foot
-
-
-def _rescaled(before: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Return factors (n,) on the softness that would have made the last turn (n, d) of each the only one."""
-    square = np.einsum("ca,ca->c", before, before)
-    ratio = np.einsum("ca,ca->c", turn, before) / np.where(square > 0.0, square, 1.0)
-    return np.clip(1.0 - ratio, 0.5, 2.0)
+def softness(loop: Any) -> np.ndarray:
+    """How far each candidate of a loop moves by a unit of force with its neighbours held, (n,)."""
+    return 1.0 / np.einsum("caa->ca", loop.diagonal[loop.nodes]).mean(axis=1)
 
 
 def _all_rounds(rounds: list[Solution], gap: np.ndarray) -> Solution:
