@@ -2,14 +2,15 @@
 
 import numpy as np
 import pytest
-import ufl
-from dolfinx import fem
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder, rectangle
 from model import BodyOnRoad, ContactProblem, ContactSolver, solve
 from model.hertz import HertzCylinder
 from model.pressure import contact_half_width
+
+import ufl  # isort: skip
+from dolfinx import fem  # isort: skip
 
 
 @pytest.mark.parametrize("distortion", [0.0, 0.25])
