@@ -15,10 +15,10 @@ import numpy as np
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import cg
 
-from .contact_loop import FREE
 from .moving_body import MovingBody
 from .problem import ContactProblem
-from .solve import solve
+from .solve import ContactSolver
+from .touching import confirm_contact
 
 
 def consistent_acceleration(
@@ -51,17 +51,23 @@ def consistent_acceleration(
     problem = ContactProblem(
         body.M / epsilon, r, body.coordinates, nodes, normal[touching], leaving, body.friction, -v[nodes]
     )
-    solution = solve(problem, "direct", tolerance=1e-12, progress=False)
-    force[touching], status[touching] = solution.contact_force, solution.status
-    if not np.any(status != FREE):
+    solver = ContactSolver(problem, "direct", progress=False)
+    solution = solver.solve(tolerance=1e-12)
+    law = None if problem.friction is None else problem.friction.address  # type: ignore[union-attr]
+    rate = np.empty(touching.size)
+    change, pushes, decided = solution.displacement, solution.contact_force, solution.status
+    if not confirm_contact(solver.loop.contact, change, pushes, law, decided, rate):
         return mass_inverse(body.M, r), force, status
-    return solution.displacement / epsilon, force, status
+    force[touching], status[touching] = pushes, decided
+    return change / epsilon, force, status
 
 
 def mass_inverse(M: Any, r: np.ndarray) -> np.ndarray:
-    """Solve M a = r for a (N, d), by conjugate gradients from the lumped solution."""
-    diagonal = M.diagonal()
+    """Solve M a = r for a (N, d), by conjugate gradients from the lumped solution; 0 where no mass is."""
+    massless = M.diagonal() == 0.0
+    diagonal = np.where(massless, 1.0, M.diagonal())
     lumped = M @ np.ones(r.size)
-    guess = r.ravel() / np.where(lumped > 0.0, lumped, diagonal)
-    a, _ = cg(M, r.ravel(), guess, rtol=1e-15, maxiter=300, M=diags_array(1.0 / diagonal))
+    force = np.where(massless, 0.0, r.ravel())
+    guess = force / np.where(lumped > 0.0, lumped, diagonal)
+    a, _ = cg(M, force, guess, rtol=1e-15, maxiter=300, M=diags_array(1.0 / diagonal))
     return a.reshape(r.shape)

@@ -15,9 +15,11 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_array, csr_array, diags_array
+from scipy.sparse import bsr_array, csc_array, csr_array, diags_array
 from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.linalg import spsolve
 
+from .consistent_start import mass_inverse
 from .contact_loop import FREE
 from .midpoint import Midpoint
 from .moving_body import MovingBody
@@ -69,8 +71,19 @@ class MassRedistribution(Midpoint):
         state.displacement = state.displacement.copy()
         self._settle(state)
         state.mean_force = state.contact_force.copy()
-        state.memory = state.velocity[self.body.contact_nodes]
+        nodes = self.body.contact_nodes
+        v, a = state.velocity, state.acceleration
+        a[:] = mass_inverse(self.M, self.body.missing_force(0.0, state.displacement, v))
+        follow = (self.body.K @ a.ravel()).reshape(a.shape)[nodes]
+        a[nodes] = -spsolve(csc_array(self._own), follow.ravel()).reshape(follow.shape)
+        state.memory = v[nodes] - (0.5 * self.dt) * a[nodes]
         return state
+
+    def accelerate(
+        self, u: np.ndarray, v: np.ndarray, gap: np.ndarray, normal: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Leave it to `start`, once the massless nodes are in equilibrium."""
+        return np.zeros_like(u), np.zeros_like(normal), np.zeros(gap.size, dtype=np.int8)
 
     def step(self, before: State) -> State:
         """Return the state one step later."""

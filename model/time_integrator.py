@@ -14,16 +14,15 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from .condensation import Condensation
 from .consistent_start import consistent_acceleration
-from .contact_loop import FREE, SLIP, STICK
-from .friction import allowed
+from .contact_loop import SLIP
 from .moving_body import MovingBody
 from .problem import ContactProblem
 from .record import Record
 from .solve import ContactSolver
+from .touching import advance, confirm_contact, contact_work, forget_rounding
 
 LIMIT = 100_000  # residual tests in one step
 
@@ -135,7 +134,8 @@ class StepSolver:
     correction : str
         As for `ContactSolver`.
     tolerance : float
-        Natural residual of each step.
+        Natural residual of each step; where a step moves so far that rounding alone causes more, what
+        rounding causes is good enough.
     slip_rate : float
         1/dt, which makes speeds of slips.
     """
@@ -180,8 +180,9 @@ class StepSolver:
             status = loop.start(e, status)
         residual = loop.residual(e, status)
         if not residual <= self.tolerance:
-            first = loop.sweeps
-            record = Record(self.tolerance, LIMIT, lambda: loop.sweeps - first, False)
+            first, scale = loop.sweeps, loop.load_size + float(np.linalg.norm(loop.force))
+            rounding = 2e-15 * np.abs(loop.A.data).max() * float(np.linalg.norm(e)) / (scale or 1.0)
+            record = Record(max(self.tolerance, rounding), LIMIT, lambda: loop.sweeps - first, False)
             correction.solve(e, status, record)
             residual, cycles = record.history[-1], record.cycles
         after = np.empty(status.size)
@@ -273,8 +274,14 @@ class TimeIntegrator(ABC):
                 "move the body or the road so that every gap is >= 0."
             )
         gap = np.where(gap < 1e-12 * body.size, 0.0, gap)
-        a, force, status = consistent_acceleration(body, u, v, gap, normal, self.dt)
+        a, force, status = self.accelerate(u, v, gap, normal)
         return State(0, 0.0, u, v, a, force, gap, status, force.copy(), count=int(np.count_nonzero(status)))
+
+    def accelerate(
+        self, u: np.ndarray, v: np.ndarray, gap: np.ndarray, normal: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return accelerations (N, d), contact forces (n, d) and status (n,) at the start."""
+        return consistent_acceleration(self.body, u, v, gap, normal, self.dt)
 
     def run(self, state: State, steps: int) -> State:
         """Return the state so many steps later; see `march` for runs that report and record."""
@@ -334,69 +341,6 @@ class TimeIntegrator(ABC):
         if self.body.C is None:
             return 0.0
         return -float(change.ravel() @ (self.body.C @ speed.ravel()))
-
-
-@njit(cache=True)
-def advance(gap, normal, moved):
-    """Add to the gaps (n,) what a move (n, d) along the normals (n, d) does to them."""
-    for c in range(gap.size):
-        for a in range(normal.shape[1]):
-            gap[c] += normal[c, a] * moved[c, a]
-
-
-@njit(cache=True)
-def forget_rounding(gap, status, rounding):
-    """Put nodes that touch, and nodes that rounding has put below the road, at gap 0."""
-    for c in range(gap.size):
-        if (status[c] != 0 or gap[c] < 0.0) and abs(gap[c]) < rounding:
-            gap[c] = 0.0
-
-
-@njit(cache=True)
-def confirm_contact(contact, e, force, law, status, gap):
-    """Write the gaps (n,) after the departure e (N, d), exactly 0 in contact, never negative; count contacts.
-
-    Nodes that come to lie on the road by themselves, and press on it, are made to touch; `law` is the address
-    of the friction law or None.
-    """
-    count = 0
-    for c in range(status.size):
-        if status[c] != FREE:
-            gap[c] = 0.0
-            count += 1
-            continue
-        s, pressure, squares = contact.gap[c], 0.0, 0.0
-        for a in range(force.shape[1]):
-            s += contact.frame[c, 0, a] * e[contact.nodes[c], a]
-            pressure += contact.frame[c, 0, a] * force[c, a]
-            squares += force[c, a] ** 2
-        gap[c] = max(s, 0.0)
-        if pressure > 0.0:
-            gap[c] = 0.0
-            count += 1
-            status[c] = SLIP
-            if law is not None:
-                tangential = np.sqrt(max(squares - pressure**2, 0.0))
-                if tangential < allowed(law, pressure, 0.0, contact.state[c]):
-                    status[c] = STICK
-    return count
-
-
-@njit(cache=True)
-def contact_work(contact, force, change, opening, impulse):
-    """Work of forces (n, d) along the normals, as gaps open by (n,), and along the surface; their sum."""
-    d = force.shape[1]
-    normal, friction = 0.0, 0.0
-    for c in range(opening.size):
-        pressure = 0.0
-        for a in range(d):
-            pressure += contact.frame[c, 0, a] * force[c, a]
-            impulse[a] += force[c, a]
-        if pressure != 0.0:
-            normal += pressure * opening[c]
-            for a in range(d):
-                friction += (force[c, a] - pressure * contact.frame[c, 0, a]) * change[contact.nodes[c], a]
-    return normal, friction
 
 
 def _initial(name: str, values: np.ndarray | None, body: MovingBody) -> np.ndarray:
