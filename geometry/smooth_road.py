@@ -9,7 +9,7 @@ from scipy.interpolate import Akima1DInterpolator, RectBivariateSpline
 
 from geometry.linear_road import LinearRoad, checked_samples
 
-STEPS = 50  # of Newton's method at most; it takes five
+STEPS = 12  # of Newton's method at most; near the road it takes four
 SHORT = 1e-2  # of the spacing of the positions: the step of difference quotients of the height
 SHORTER = 1e-5  # and of the slope
 
@@ -98,13 +98,13 @@ class SmoothRoad:
         place = self._linear.closest(points)[2][:, :-1].copy()
         todo = np.arange(len(points))
         for _ in range(STEPS):
+            if todo.size == 0:
+                break
             step = self._step(place[todo], points[todo])
             place[todo] += step
             todo = todo[
                 np.abs(step).max(axis=1) > 1e-12 * self._spacing + 4e-16 * np.abs(place[todo]).max(axis=1)
             ]
-            if todo.size == 0:
-                break
         foot = np.column_stack([place, self.height(place)])
         normal = np.column_stack([-self.slope(place), np.ones(len(points))])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)

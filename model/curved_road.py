@@ -1,4 +1,4 @@
-"""Static contact with a road that is not flat: the same solver, round after round, on planes that follow nodes."""
+"""Static contact with a road that is not flat: the same solver, on planes that follow the nodes."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -85,7 +85,8 @@ class CurvedContact:
             solver.problem.tangential_reference if tangential_reference is None else tangential_reference
         )
         at = points if start is None else points + start[nodes]
-        planes = RoadPlanes(road, at, points + reference, softness(solver.loop), ON_ROAD * self.size)
+        sticking = None if solver.loop.friction is None else points + reference
+        planes = RoadPlanes(road, at, sticking, softness(solver.loop), ON_ROAD * self.size)
         self.distances = planes.distances
         rounds: list[Solution] = []
         options["start"] = start

@@ -34,8 +34,8 @@ class RoadPlanes:
         Its `closest(points)` returns gap, normal and closest point.
     at : (n, d)
         Where the nodes are at first.
-    sticking : (n, d)
-        Where nodes would stick: at the point of the road nearest to it.
+    sticking : (n, d) or None
+        Where nodes would stick: at the point of the road nearest to it. None where there is no friction.
     softness : (n,)
         How far a node moves by a unit of force, about.
     near : float
@@ -53,11 +53,15 @@ class RoadPlanes:
         At every look, how far nodes that touch were from the road, or others below it.
     """
 
-    def __init__(self, road: Any, at: np.ndarray, sticking: np.ndarray, softness: np.ndarray, near: float):
+    def __init__(
+        self, road: Any, at: np.ndarray, sticking: np.ndarray | None, softness: np.ndarray, near: float
+    ):
         self.road, self.softness, self.near = road, softness.copy(), near
         self.gap, self.normal, self.foot = road.closest(at)
-        self.anchor = road.closest(sticking)[2]
-        self._anchor_normal = road.closest(self.anchor)[1]
+        self.anchor, self._anchor_normal = self.foot, self.normal
+        if sticking is not None:
+            self.anchor = road.closest(sticking)[2]
+            self._anchor_normal = road.closest(self.anchor)[1]
         self.distances: list[float] = []
         self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH)
 
@@ -111,6 +115,8 @@ class RoadPlanes:
         """
         gap, normal, foot = self.road.closest(at)
         sticks, touching = status == STICK, np.flatnonzero(status != FREE)
+        if touching.size == 0:
+            return gap, normal, foot
         normal[sticks], foot[sticks] = self._anchor_normal[sticks], self.anchor[sticks]
         seen, last = np.where(sticks[:, None], self.anchor, at)[touching], self.normal[touching]
         _, below, foot_below = self.road.closest(seen - depth[touching, None] * last)
