@@ -163,7 +163,7 @@ class Condensation:
         W = compliance(self._columns, self._row, self._place, active, self.loop.frame)
         factor, trouble = dpotrf(W, lower=1)
         S = np.linalg.inv(W) if trouble else dpotri(factor, lower=1)[0]
-        self.small = SmallProblem(S, self.springs[active], self.loop.friction)
+        self.small = SmallProblem(S, W, self.springs[active], self.loop.friction)
         self._active = active
 
     def _learn(self, new: np.ndarray) -> None:

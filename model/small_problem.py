@@ -29,23 +29,30 @@ class SmallProblem:
     ----------
     stiffness : (k d, k d)
         Positive definite, in the frames of the nodes; only the lower triangle is read, all is written.
+    compliance : (k d, k d)
+        Its inverse.
     springs : (k, 1)
         Stiffness of the springs that ground the nodes, part of `stiffness`, to be taken out.
     friction : FrictionLaw or None
         The law.
     """
 
-    def __init__(self, stiffness: np.ndarray, springs: np.ndarray, friction: FrictionLaw | None):
+    def __init__(
+        self,
+        stiffness: np.ndarray,
+        compliance: np.ndarray,
+        springs: np.ndarray,
+        friction: FrictionLaw | None,
+    ):
         k = springs.size
         d = stiffness.shape[0] // k
         self.arrays = Condensed(
             stiffness,
             np.empty((k * d, k * d)),
+            np.empty((0, 0)) if springs.any() else compliance,
             springs,
             np.arange(k),
-            np.empty((k, d, d)),
-            np.empty((k, d, d)),
-            np.empty((k, d, d)),
+            *(np.empty((k, d, d)) for _ in range(5)),
         )
         prepare(self.arrays)
         self._bound = None if friction is None else friction.address
@@ -101,19 +108,24 @@ class Condensed(NamedTuple):
     Attributes
     ----------
     grounded, S : (k d, k d) stiffness with the springs and without
+    W : (k d, k d) inverse of S; empty where there are springs
     springs : (k, 1)
     nodes : (k,) 0, 1, 2, ...
     frame : (k, d, d) unit matrices: the problem is in the nodes' frames already
     block, inverse : (k, d, d) diagonal blocks of S, and their inverses
+    alone, yielding : (k, d, d) inverses of the diagonal blocks of W, and these
     """
 
     grounded: np.ndarray
     S: np.ndarray
+    W: np.ndarray
     springs: np.ndarray
     nodes: np.ndarray
     frame: np.ndarray
     block: np.ndarray
     inverse: np.ndarray
+    alone: np.ndarray
+    yielding: np.ndarray
 
 
 @njit(cache=True, error_model="numpy")
@@ -132,7 +144,10 @@ def prepare(arrays):
             for b in range(d):
                 arrays.frame[c, a, b] = 1.0 if a == b else 0.0
                 arrays.block[c, a, b] = S[c * d + a, c * d + b]
+                arrays.yielding[c, a, b] = 0.0 if arrays.W.size == 0 else arrays.W[c * d + a, c * d + b]
     generalised_inverses(arrays.block, arrays.nodes, arrays.inverse)
+    if arrays.W.size:
+        generalised_inverses(arrays.yielding, arrays.nodes, arrays.alone)
 
 
 @njit(cache=True, error_model="numpy")
@@ -160,7 +175,7 @@ def solve_active(arrays, whole, active, u, free, gap, known, status, force, boun
         for j in range(k * d):
             b[i // d, i % d] += arrays.grounded[i, j] * target[j]
     contact = Candidates(arrays.nodes, arrays.nodes, arrays.frame, arrays.block, gaps, reference, state)
-    solve_small(arrays.S, contact, arrays.inverse, b, move, decided, force, bound, slip_rate, tolerance)
+    solve_small(arrays, contact, b, move, decided, force, bound, slip_rate, tolerance)
     for j in range(k):
         c = active[j]
         status[c] = decided[j]
@@ -278,6 +293,48 @@ def sweep(count, S, contact, inverse, b, u, status, bound, slip_rate):
 
 
 @njit(cache=True, error_model="numpy")
+def sweep_forces(count, arrays, contact, b, u, status, bound, slip_rate):
+    """Visit every node `count` times: find its force, the others' given, and let all nodes move with it."""
+    k, d = u.shape
+    force, own, nothing = np.empty((k, d)), np.empty(d), np.zeros(d)
+    lone = Candidates(
+        contact.nodes,
+        contact.number,
+        contact.frame,
+        arrays.alone,
+        contact.gap,
+        contact.reference,
+        contact.state,
+    )
+    for i in range(k * d):
+        s = -b[i // d, i % d]
+        for j in range(k * d):
+            s += arrays.S[i, j] * u[j // d, j % d]
+        force[i // d, i % d] = s
+    for _ in range(count):
+        for c in range(k):
+            for a in range(d):
+                own[a] = u[c, a]
+                for e in range(d):
+                    own[a] -= arrays.yielding[c, a, e] * force[c, e]
+            last, here = force[c].copy(), u[c].copy()
+            u[c], nothing[:] = own, 0.0
+            if bound is not None:
+                status[c] = stick_or_slip(lone, c, arrays.yielding, nothing, u, bound, slip_rate)
+            else:
+                status[c] = put_back(lone, c, arrays.yielding, nothing, u)
+            for a in range(d):
+                force[c, a] = 0.0
+                for e in range(d):
+                    force[c, a] += arrays.alone[c, a, e] * (u[c, e] - own[e])
+            u[c] = here
+            for a in range(d):
+                change = force[c, a] - last[a]
+                for j in range(k * d):
+                    u[j // d, j % d] += arrays.W[j, c * d + a] * change
+
+
+@njit(cache=True, error_model="numpy")
 def part_until_rest(S, contact, u, R, force, status, numbers, step):
     """Part of a Newton step at which elastic energy and friction's work (present pressures) are least.
 
@@ -347,8 +404,9 @@ def newton_step(S, contact, u, status, R, force, bound, slip_rate):
 
 
 @njit(cache=True, error_model="numpy")
-def solve_small(S, contact, inverse, b, u, status, force, bound, slip_rate, tolerance):
+def solve_small(arrays, contact, b, u, status, force, bound, slip_rate, tolerance):
     """Fill u (k, d), status (k,) and force (k, d) with the solution, status being the first guess as well."""
+    S, inverse = arrays.S, arrays.inverse
     R = np.empty_like(u)
     place_all_on_surface(contact, u, status)
     hold_sticking(contact, u, status)
@@ -374,7 +432,15 @@ def solve_small(S, contact, inverse, b, u, status, force, bound, slip_rate, tole
             u[:], status[:], best, rounding, sweeps = trial, trial_status, after, trial_rounding, 1
             continue
         idle += 1
+        trial[:], trial_status[:] = u, status
         sweep(sweeps, S, contact, inverse, b, u, status, bound, slip_rate)
         best, rounding = judge(S, contact, b, u, status, R, force, bound, slip_rate)
+        if arrays.W.size:  # a body that moves almost as one relaxes slowly, its forces quickly
+            sweep_forces(sweeps, arrays, contact, b, trial, trial_status, bound, slip_rate)
+            after, trial_rounding = judge(S, contact, b, trial, trial_status, R, force, bound, slip_rate)
+            if after < best:
+                u[:], status[:], best, rounding = trial, trial_status, after, trial_rounding
+            else:
+                judge(S, contact, b, u, status, R, force, bound, slip_rate)
         sweeps = min(4 * sweeps, 1024)
     judge(S, contact, b, u, status, R, force, bound, slip_rate)
