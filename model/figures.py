@@ -89,6 +89,56 @@ def pressure_figure(
     return figure
 
 
+def stick_slip_figure(
+    x: np.ndarray,
+    traction: np.ndarray,
+    bound: np.ndarray,
+    exact: Mapping[str, Callable[[np.ndarray], np.ndarray]],
+    sticks: tuple[float, float],
+    half_width: float,
+    slip: np.ndarray | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw tractions along the road under the largest that friction allows, where it sticks, and the slip.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Positions of the nodes (mm), in any order.
+    traction, bound : ndarray, shape (n,)
+        Shear stress, and mu p (MPa).
+    exact : dict of callables
+        Closed forms by label.
+    sticks : (from, to)
+        The stick zone (mm), shaded.
+    half_width : float
+        Of the patch (mm); four tenths more are drawn on either side.
+    slip : ndarray, shape (n,), optional
+        Slip of each node in the last step, 0 where it sticks; drawn as arrows of relative length.
+    title : str
+        Above the axes.
+    """
+    figure, axes = new_figure("x (mm)", "shear stress (MPa)", title)
+    order, height = np.argsort(x), bound.max()
+    axes.axvspan(*sticks, color="0.92", linewidth=0, label="sticks")
+    fine = half_width * np.concatenate([[-1.4], np.sin(np.linspace(-np.pi / 2, np.pi / 2, 801)), [1.4]])
+    for look, (label, function) in zip(cycle(LOOKS), exact.items()):
+        axes.plot(fine, function(fine), label=label, color=look["color"], linestyle=look["linestyle"])
+    axes.plot(x[order], bound[order], color="0.5", linestyle=":", label=r"$\mu p$, computed")
+    mark: dict[str, Any] = {"marker": "D", "markersize": 5, "color": "black", "markerfacecolor": "none"}
+    axes.plot(x[order], traction[order], linestyle="none", label=r"$|\tau|$, computed", **mark)
+    if slip is not None:
+        moves = slip != 0
+        length = 0.09 * half_width * slip[moves] / np.abs(slip[moves]).max(initial=1e-300)
+        level = np.full(length.size, -0.09 * height)
+        exactly: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1}
+        axes.quiver(x[moves], level, length, 0 * length, width=0.004, **exactly)
+        axes.annotate("slip", (-1.35 * half_width, -0.09 * height), va="center", fontsize="small")
+    axes.set(xlim=(-1.4 * half_width, 1.4 * half_width), ylim=(-0.17 * height, 1.5 * height))
+    axes.legend(frameon=False, fontsize="small", loc="upper center", ncols=2)
+    return figure
+
+
 def convergence_figure(
     size: np.ndarray | Mapping[str, np.ndarray],
     errors: Mapping[str, np.ndarray],
