@@ -81,7 +81,7 @@ class Ledger:
         load = integrator.mean_load(before)
         entry.load_work = last.load_work
         if callable(integrator.body.load):
-            entry.load_work += entry.potential - last.potential + float(np.vdot(load, change))
+            entry.load_work += entry.potential - last.potential + float(np.vdot(load, change)) + work.load
         entry.total = entry.kinetic + entry.strain + entry.potential
         entry.total += entry.damping + entry.friction - entry.load_work
         entry.gain, entry.own = entry.total - last.total, work.own

@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import spsolve
 
 from .consistent_start import mass_inverse
-from .contact_loop import FREE
+from .contact_loop import FREE, SLIP, STICK
 from .midpoint import Midpoint
 from .moving_body import MovingBody
 from .problem import ContactProblem
@@ -82,8 +82,9 @@ class MassRedistribution(Midpoint):
     def accelerate(
         self, u: np.ndarray, v: np.ndarray, gap: np.ndarray, normal: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Leave it to `start`, once the massless nodes are in equilibrium."""
-        return np.zeros_like(u), np.zeros_like(normal), np.zeros(gap.size, dtype=np.int8)
+        """Leave it to `start`, once the massless nodes are in equilibrium; who touches sticks a priori."""
+        touches = SLIP if self.body.friction is None else STICK
+        return np.zeros_like(u), np.zeros_like(normal), np.where(gap == 0.0, touches, FREE).astype(np.int8)
 
     def step(self, before: State) -> State:
         """Return the state one step later."""
@@ -117,6 +118,10 @@ class MassRedistribution(Midpoint):
         )
         state.residual = max(state.residual, touch.residual)
         added = 0.5 * float(e.ravel() @ (self._own @ e.ravel())) - float(np.vdot(missing, e))
+        if callable(self.body.load) and state.step:
+            # the load does its work here as it is at the end of the step, not in the middle
+            late = self.body.load_at(state.time) - self.body.load_at(state.time - 0.5 * self.dt)
+            state.work.load += float(np.vdot(late[nodes], e))
         if self.body.friction is None:
             return added
         tangential = force - np.einsum("ca,ca,cb->cb", force, normal, normal)

@@ -37,6 +37,8 @@ class Work:
         Work of the road on the body along the normals and along the surface.
     damping : float
         Work of the damping forces, never positive.
+    load : float
+        Work of changing loads beyond that of the scheme's mean load.
     impulse : (d,)
         Impulse of the road.
     own : float
@@ -46,6 +48,7 @@ class Work:
     normal: float = 0.0
     friction: float = 0.0
     damping: float = 0.0
+    load: float = 0.0
     impulse: Any = 0.0
     own: float = 0.0
 
