@@ -19,10 +19,8 @@
 # %%
 import csv
 
-import matplotlib.pyplot as plt
 import numpy as np
 from extremes import CASES
-from extremes import stiffness_and_scale  # noqa: F401
 from tabulate import tabulate
 
 from model.files import write_aside

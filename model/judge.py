@@ -8,6 +8,7 @@ of a ValueError, and *wrong* in every other event: a wrong number, no number, a 
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from time import perf_counter
 from typing import Any
@@ -116,7 +117,7 @@ class Cases:
                     Case(
                         family,
                         name.format(**arguments),
-                        lambda arguments=arguments: function(**arguments),
+                        partial(function, **arguments),
                         tolerance,
                         refuses,
                         long,

@@ -1,5 +1,6 @@
 """The cases of demos/extreme_cases.py, family by family."""
 
-from model.judge import Cases
+from . import friction, incompressible, load, mesh, stiffness_and_scale
+from .collected import CASES
 
-CASES = Cases()
+__all__ = ["CASES", "friction", "incompressible", "load", "mesh", "stiffness_and_scale"]

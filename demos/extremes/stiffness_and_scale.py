@@ -9,7 +9,7 @@ from geometry import rectangle
 from model import solve
 from model.judge import deviation
 
-from . import CASES
+from .collected import CASES
 from .scenes import by_least_squares, certificate, cylinder, pressed, same
 
 FAMILY = "stiffness and scale"

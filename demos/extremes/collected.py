@@ -1,0 +1,5 @@
+"""Where the families put their cases."""
+
+from model.judge import Cases
+
+CASES = Cases()
