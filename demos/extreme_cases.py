@@ -38,7 +38,9 @@ with write_aside(scene.out / "verdicts.csv") as aside, open(aside, "w", newline=
     table = csv.writer(file)
     table.writerow(["family", "case", "outcome", "error", "tolerance", "residual", "seconds", "words"])
     for v in verdicts:
-        table.writerow([v.case.family, v.case.name, v.outcome, v.error, v.case.tolerance, v.residual, v.seconds, v.words])
+        table.writerow(
+            [v.case.family, v.case.name, v.outcome, v.error, v.case.tolerance, v.residual, v.seconds, v.words]
+        )
 
 # %%
 families = {}
@@ -51,10 +53,18 @@ for family, members in families.items():
     residuals = [v.residual for v in members if np.isfinite(v.residual)]
     rows.append([family, len(members), *counts, max(errors), max(residuals), sum(v.seconds for v in members)])
     scene.result(f"worst_error[{family}]", max(errors), "1", 0.0, "largest of the family's cases")
-print(tabulate(rows, ["family", "cases", "right", "refused", "wrong", "worst error", "residual", "seconds"], floatfmt=".2g"))
+print(
+    tabulate(
+        rows,
+        ["family", "cases", "right", "refused", "wrong", "worst error", "residual", "seconds"],
+        floatfmt=".2g",
+    )
+)
 for v in verdicts:
     if v.outcome == "wrong":
-        print(f"Wrong: {v.case.family}, {v.case.name}: error {v.error:.1e}, residual {v.residual:.1e}. {v.words}")
+        print(
+            f"Wrong: {v.case.family}, {v.case.name}: error {v.error:.1e}, residual {v.residual:.1e}. {v.words}"
+        )
 for column, name in enumerate(("cases", "right", "refused", "wrong"), start=1):
     scene.result(name, sum(row[column] for row in rows), "1", 0.0 if name == "wrong" else None)
 

@@ -3,12 +3,11 @@
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_array
 
 from .contact_loop import FREE, SLIP
+from .departure import rounding_floor
 from .loop import NodeLoop
 
-ROUNDING = 2e-16
 STILL_FALLING = 2.0  # times, over the last half of the residual tests
 
 
@@ -32,9 +31,7 @@ def likely_causes(
     correction : str
         Its name.
     """
-    size = np.abs(bsr_array((loop.A.data, loop.A.indices.astype(np.int64), loop.A.indptr.astype(np.int64))))
-    scale = loop.load_size + float(np.linalg.norm(loop.force))
-    floor = ROUNDING * float(np.linalg.norm(size @ np.abs(u).ravel())) / scale if scale > 0.0 else 1.0
+    floor = rounding_floor(loop.A, u, loop.load_size + float(np.linalg.norm(loop.force)))
     diagonal = np.einsum("iaa->ia", loop.diagonal)[loop.loaded]
     span = float(diagonal.max(initial=1e-300) / max(diagonal.min(initial=np.inf), 1e-300))
     half = len(history) // 2 + 1

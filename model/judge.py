@@ -1,8 +1,9 @@
 """Judge a case by machine: right, refused, or wrong.
 
 A case is a function that returns an error, measured against a closed form, a scaling law or an independent
-solver, and the natural residual. It is *right* if both are small enough, *refused* if it ends in one sentence
-of a ValueError, and *wrong* in every other event: a wrong number, no number, a traceback, no convergence.
+solver, and the natural residual. It is *right* if both are small enough, *refused* if it makes no sense and
+one sentence of a ValueError says so, and *wrong* in every other event: a wrong number, no number, a
+traceback, no convergence, a refusal of what makes sense.
 """
 
 import warnings
@@ -141,7 +142,8 @@ def judge(case: Case) -> Verdict:
             outcome, words = "right" if good else "wrong", "; ".join(str(w.message) for w in said)
         except ValueError as refusal:
             words = str(refusal)
-            outcome = "refused" if is_sentence(words) and perf_counter() - began < QUICKLY else "wrong"
+            good = case.refuses and is_sentence(words) and perf_counter() - began < QUICKLY
+            outcome = "refused" if good else "wrong"
         except Exception as fault:  # whatever it is, it is wrong, and the others go on
             outcome, words = "wrong", f"{type(fault).__name__}: {fault}"
     return Verdict(case, outcome, error, residual, perf_counter() - began, words)

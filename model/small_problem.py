@@ -396,6 +396,11 @@ def newton_step(S, contact, u, status, R, force, bound, slip_rate):
         J[row, row] += (1e-10 if touching < u.shape[1] else 1e-13) * largest
     try:
         step = np.linalg.solve(J, missing)
+        if np.sum((1e-13 * largest * step) ** 2) > 0.01 * np.sum(missing**2):
+            # the body falls or slides: not so far that rounding rules
+            for row in range(numbers.size):
+                J[row, row] += 1e-5 * largest
+            step = np.linalg.solve(J, missing)
     except Exception:  # no unique slip: leave it to the loop
         return
     part = 1.0 if bound is None else part_until_rest(S, contact, u, R, force, status, numbers, step)

@@ -1,5 +1,6 @@
 """Solve a contact problem: one loop, with the correction of your choice."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
@@ -10,11 +11,12 @@ import numpy as np
 from .algebraic import algebraic
 from .blocks import block_matrix
 from .condensation import Condensation
+from .departure import gap_at, missing_at, rounding_floor
 from .diagnosis import likely_causes
-from .loop import NodeLoop
+from .loop import NodeLoop, length
 from .multigrid import geometric
 from .problem import ContactProblem
-from .record import Record
+from .record import NotConverged, Record
 from .rigid_motions import nodes_that_hold
 
 MULTIGRID_PAYS = 5_000  # unknowns
@@ -117,14 +119,7 @@ class ContactSolver:
             raise ValueError(f"order must be a permutation of 0, ..., {N - 1}.")
         began = perf_counter()
         self.problem, self.progress = problem, progress
-        self.holding = nodes_that_hold(
-            problem.A,
-            problem.b,
-            problem.coordinates,
-            problem.contact_nodes,
-            problem.normal,
-            problem.friction_coefficient,
-        )
+        self.holding = self._nodes_that_hold(problem.b)
         A = block_matrix(problem.A)
         self.loop = NodeLoop(A, problem.contact_nodes, problem.normal, problem.friction, order)
         self.correction = self._make(correction)
@@ -133,6 +128,11 @@ class ContactSolver:
         self.u = np.zeros((N, problem.dim))
         self.gap = problem.gap
         self.state = np.zeros(problem.contact_nodes.size)
+
+    def _nodes_that_hold(self, b: np.ndarray) -> np.ndarray:
+        problem = self.problem
+        mu, normal = problem.friction_coefficient, problem.normal
+        return nodes_that_hold(problem.A, b, problem.coordinates, problem.contact_nodes, normal, mu)
 
     def _make(self, correction: str) -> Any:
         problem, loop = self.problem, self.loop
@@ -197,32 +197,48 @@ class ContactSolver:
         NotConverged
             With residual, history and counts, if the tolerance is not reached.
         ValueError
-            If a node starts below the road.
+            If a node starts below the road, or nothing can hold the body against the load.
         """
         began = perf_counter()
         problem, loop = self.problem, self.loop
-        b = problem.b if b is None else b
+        if b is None:
+            b = problem.b
+        elif self.holding.size:
+            self._nodes_that_hold(b)  # or refuse the load
         gap = self.gap if gap is None else problem.checked_gap(gap)
-        reference = problem.tangential_reference if tangential_reference is None else tangential_reference
+        if tangential_reference is None:
+            tangential_reference = problem.tangential_reference
+        reference = np.asarray(tangential_reference, dtype=np.float64)
         loop.slip_rate = slip_rate
         loop.aim(b, gap, reference, self.state)
         u = np.zeros(loop.shape) if start is None else np.array(start, dtype=np.float64).reshape(loop.shape)
         status = loop.start(u, start_status)
         first = loop.sweeps
-        record = Record(
-            tolerance,
-            limit,
-            lambda: loop.sweeps - first,
-            self.progress,
-            lambda history: likely_causes(loop, u, status, history, tolerance, self.correction.name),
-        )
-        self.correction.solve(u, status, record)
+        record = self._record(u, status, first, tolerance, limit)
+        base = np.zeros_like(u)
+        try:
+            self.correction.solve(u, status, record)
+        except NotConverged:
+            if rounding_floor(loop.A, u, loop.load_size + length(loop.force)) < 0.1 * tolerance:
+                raise
+            base[:] = u
+            there = base[loop.nodes]
+            loop.aim(
+                missing_at(problem.A, b, base),
+                gap_at(gap, loop.frame[:, 0], there),
+                reference - there,
+                self.state,
+            )
+            u[:] = 0.0
+            status[:] = loop.start(u, status)
+            record = self._record(u, status, first, tolerance, limit, record.history)
+            self.correction.solve(u, status, record)
         frame = loop.frame
         seconds = perf_counter() - began
         spent = seconds + self._unpaid
         setup, self._unpaid = self._unpaid, 0.0
         return Solution(
-            displacement=u,
+            displacement=base + u,
             contact_force=loop.force.copy(),
             pressure_force=np.maximum(np.einsum("ca,ca->c", frame[:, 0], loop.force), 0.0),
             gap=loop.gaps(u, status),
@@ -236,6 +252,26 @@ class ContactSolver:
             seconds=seconds,
             setup_seconds=setup,
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
+        )
+
+    def _record(
+        self,
+        u: np.ndarray,
+        status: np.ndarray,
+        first: int,
+        tolerance: float,
+        limit: int,
+        history: Sequence[float] = (),
+    ) -> Record:
+        """Open the record of a solve of u (N, d) and status (n,) that began after `first` sweeps."""
+        loop, name = self.loop, self.correction.name
+        return Record(
+            tolerance,
+            limit + len(history),
+            lambda: loop.sweeps - first,
+            self.progress,
+            lambda tests: likely_causes(loop, u, status, tests, tolerance, name),
+            list(history),
         )
 
 

@@ -17,10 +17,13 @@ RATIOS = [0.49, 0.499, 0.4999, 0.49999, 0.499999]
 
 
 def against_hertz(nu, mean_dilatation):
-    """Paper's mesh and load; error of the pressure (L2) and of its peak against Hertz with E*."""
-    E, R, P = 210e3, 10.0, 1e4
-    scene = pressed(half_cylinder(R), Isotropic(E, nu), force=(0.0, -P), boundary="arc", mean_dilatation=mean_dilatation)
-    solution = solve(scene.problem, "direct", tolerance=1e-12)
+    """Paper's mesh and patch; error of the pressure (L2) and of its peak against Hertz with E*."""
+    E, R = 210e3, 10.0
+    P = 9.1e3 / abs((1 - nu**2) or 1.0)
+    scene = pressed(
+        half_cylinder(R), Isotropic(E, nu), force=(0.0, -P), boundary="arc", mean_dilatation=mean_dilatation
+    )
+    solution = solve(scene.problem, "direct", tolerance=1e-10)
     hertz, p = HertzCylinder(P, R, E, nu), scene.pressure(solution)
     peak = abs(p.max() / hertz.p0 - 1)
     return max(peak, line_error(scene.points[:, 0], p, hertz.pressure)), solution.residual
@@ -47,13 +50,13 @@ def auxetic(nu):
 )
 def patch_test(nu, remedy):
     """A flat block in plane strain, free to widen: it sinks by (1 - nu^2) P / E, evenly."""
-    scene = block(force=(0.0, -2e-3), nu=nu, distortion=0.2, mean_dilatation=remedy, platen=False, held=False, friction=None)
+    scene = block(force=(0.0, -2e-3), nu=nu, distortion=0.2, mean_dilatation=remedy, platen=False)
     return sinks_evenly(scene, -1e-3 * (1 - nu**2))
 
 
 def sinks_evenly(scene, strain):
     """Error of vertical displacement and pressure against an even strain."""
-    solution = solve(scene.problem, "direct", tolerance=1e-12)
+    solution = solve(scene.problem, "direct", tolerance=1e-10)
     y = scene.elasticity.body.coordinates[:, 1]
     u = scene.displacement(solution)[:, 1]
     pressure = scene.pressure(solution)

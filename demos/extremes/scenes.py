@@ -39,7 +39,7 @@ def pressed(
 ):
     """A body between a platen on its top and the road, all of it turned and shifted as one.
 
-    The platen has a force (then held against moving along x, if `held`) or a displacement.
+    The platen has a force (and then, if `held`, does not move along x) or a displacement.
     """
     Q = rotation(turn)
     body = Body.from_grid(replace(grid, points=grid.points @ Q.T + shift, snap={}))
@@ -47,11 +47,13 @@ def pressed(
     support, load = Support(body), np.zeros_like(body.coordinates)
     if platen:
         support.platen("top")
+    elif held:
+        support.fix_node(body.nodes(boundary)[0], x=0.0)
     if displacement is not None:
         support.fix("top", **dict(zip("xy", Q @ displacement)))
     else:
-        load = elasticity.total_force("top", Q @ force)
-        if held:
+        load = elasticity.total_force("top", Q @ force if turn else force)
+        if held and platen:
             support.fix("top", x=0.0)
     system = support.apply(elasticity.stiffness(), load)
     road = Plane(np.asarray(shift) - gap * Q[:, 1], Q[:, 1])
@@ -65,7 +67,9 @@ def cylinder(R=1.0, E=1.0, nu=0.3, load=5e-3, friction=None, columns=16, layers=
     return pressed(grid, Isotropic(E, nu), friction=friction, **options)
 
 
-def block(width=2.0, height=1.0, columns=8, rows=4, E=1.0, nu=0.3, cell="quadrilateral", distortion=0.0, **options):
+def block(
+    width=2.0, height=1.0, columns=8, rows=4, E=1.0, nu=0.3, cell="quadrilateral", distortion=0.0, **options
+):
     """A rectangle with its bottom on the road."""
     grid = rectangle(width, height, columns, rows, cell, distortion=distortion)
     return pressed(grid, Isotropic(E, nu), **options)
@@ -96,7 +100,9 @@ def certificate(problem, solution):
         -p.min() / force_size,
         np.max(np.minimum(p / force_size, np.abs(gap) / length)),
         np.max(size - mu * p) / force_size,
-        np.max(np.minimum(np.maximum(mu * p - size, 0.0) / force_size, way / length)),  # slips below the bound
+        np.max(
+            np.minimum(np.maximum(mu * p - size, 0.0) / force_size, way / length)
+        ),  # slips below the bound
         np.max(np.einsum("ca,ca->c", tau, slip) / (force_size * length)),  # pushed on
     )
 

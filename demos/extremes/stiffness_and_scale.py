@@ -28,9 +28,7 @@ def modulus(E, mu):
     return same(solution, of_unit_size(mu), 1.0, E), solution.residual
 
 
-@CASES.add(
-    FAMILY, "R = {R:g} m, mu = {mu}", R=[1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 1e1, 1e3, 1e5], mu=[None, 0.3]
-)
+@CASES.add(FAMILY, "R = {R:g} m, mu = {mu}", R=[1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 1e1, 1e3, 1e5], mu=[None, 0.3])
 def length(R, mu):
     """Displacements and forces per thickness grow as R."""
     solution = solve(cylinder(R=R, friction=mu).problem, "direct", tolerance=1e-12)
@@ -66,7 +64,7 @@ def layered(contrast, split, **options):
     return pressed(grid, materials, **options)
 
 
-@CASES.add(FAMILY, "lower layer {contrast:g} times as stiff", contrast=CONTRASTS)
+@CASES.add(FAMILY, "lower layer {contrast:g} times as stiff", 1e-7, contrast=CONTRASTS)
 def layer_on_the_road(contrast):
     """Springs in series: uniform pressure, and the platen sinks by P sum h/E."""
     scene = layered(contrast, lambda x: x[:, 1] < 0.5, force=(0.0, -2e-3))
@@ -86,7 +84,9 @@ def across_the_contact(contrast):
     return np.max(np.abs(scene.pressure(solution) / pressure - 1)), solution.residual
 
 
-@CASES.add(FAMILY, "inclusion {contrast:g} times as stiff, mu = {mu}", 1e-7, contrast=CONTRASTS, mu=[None, 0.3])
+@CASES.add(
+    FAMILY, "inclusion {contrast:g} times as stiff, mu = {mu}", 1e-7, contrast=CONTRASTS, mu=[None, 0.3]
+)
 def inclusion(contrast, mu):
     """A hard or soft square inside: against least squares, with friction by the conditions themselves."""
     inside = lambda x: np.abs(x - [1.0, 0.5]).max(axis=1) < 0.3  # noqa: E731
