@@ -48,6 +48,7 @@ from model.motion_figures import bounce_figure, film, ledger_figure
 from model.moving_body import RigidPart
 from model.output import Series, on_body
 from model.scene import Scene
+from model.step_problem import save_step
 
 scene = Scene("section_3_2_bouncing_ring", "A ring that bounces, with its energy accounted for.")
 scene.built("M", "K")
@@ -98,8 +99,10 @@ for mu in (0.0, 0.1):
     history = runs["Newmark", mu] = History(scheme, first, {"A": A}, scene.out / f"history_mu={mu:g}.csv")
     series = Series(scene.out / f"ring_mu={mu:g}.xdmf", body)
     pictures[mu] = {0.0: first.displacement}
+    pressed = first
     for state in march(scheme, first, 130, history, scene.out / f"checkpoint_mu={mu:g}.npz"):
         u, at = state.displacement, moving.contact_nodes
+        pressed = state if state.count > pressed.count else pressed
         mises = elasticity.von_mises(u)
         if mu or not scene.quick:
             at_nodes = {
@@ -116,6 +119,7 @@ for mu in (0.0, 0.1):
         if mu and state.step == 90:
             spin = RigidPart(moving.M, moving.coordinates).amounts(u)[2]
             scene.result("spin[mu=0.1]", spin, "rad, counter-clockwise, at 0.9 s")
+    save_step(scene.out / "problem.npz", scheme, pressed)
     history.write_events(scene.out / f"events_mu={mu:g}.csv")
     title = f"Bouncing ring, $\\mu$ = {mu:g}, Newmark, dt = 0.01 s"
     scene.figure(bounce_figure(body, pictures[mu], history, "A", title), f"figure_{8 if mu == 0 else 9}")

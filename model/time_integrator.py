@@ -221,6 +221,7 @@ class TimeIntegrator(ABC):
         self.body, self.dt = body, float(dt)
         self.correction, self.tolerance = correction, tolerance
         self.M = self.mass()
+        self.posed: Any = None  # guess, missing force and outcome of the last contact problem
         began = perf_counter()
         self.solvers = {"step": self.step_solver(self.effective_matrix())}
         self.setup_seconds = perf_counter() - began
@@ -297,7 +298,9 @@ class TimeIntegrator(ABC):
         gap, normal = self.ground(before)
         there = moved[self.body.contact_nodes]
         advance(gap, normal, there)
-        return self.solvers[solver].solve(b, gap, normal, -there, before)
+        touch = self.solvers[solver].solve(b, gap, normal, -there, before)
+        self.posed = moved, b, touch
+        return touch
 
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) and normal (n, d) under the body; gaps of nodes that touch are 0, whatever rounding."""

@@ -9,15 +9,18 @@ from bodies_in_motion import NEVER_GAIN, SCHEMES, block, bouncing_ring, pressure
 from geometry import Plane
 from model import (
     CentralDifferences,
+    ContactProblem,
     GeneralisedAlpha,
     MovingBody,
     Newmark,
     UnresolvedWaves,
     friction_law,
+    solve,
     viscous,
 )
 from model.history import History
 from model.march import march
+from model.step_problem import save_step
 
 
 @pytest.mark.parametrize("scheme", [*SCHEMES, CentralDifferences])
@@ -130,6 +133,21 @@ def test_laws_get_the_slip_speed():
     scheme = Newmark(moving, 0.005)
     state = scheme.run(scheme.start(rest, velocity), 20)
     assert np.abs(state.contact_force[:, 0]).max() == 0.0
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_the_problem_of_a_step_can_be_handed_on(scheme, tmp_path):
+    moving, velocity = bouncing_ring(0.1)
+    scheme = scheme(moving, 0.01)
+    before = scheme.run(scheme.start(velocity=velocity), 36)
+    assert before.count > 2
+    save_step(tmp_path / "problem.npz", scheme, before)
+    with np.load(tmp_path / "problem.npz") as file:
+        displacement, force = file["displacement"], file["contact_force"]
+    again = solve(ContactProblem.load(tmp_path / "problem.npz"), "direct", tolerance=1e-12)
+    assert np.abs(again.displacement - displacement).max() < 1e-10
+    assert np.abs(again.contact_force - force).max() < 1e-8
+    assert force.any()
 
 
 def test_a_tilted_scene_gives_the_tilted_answer():
