@@ -7,7 +7,7 @@ from geometry.half_ball import half_ball
 from geometry.half_cylinder import half_cylinder, half_cylinder_nested
 from geometry.join import join, shifted
 from geometry.linear_road import LinearRoad
-from geometry.moving_road import ExtrudedRoad, MovingRoad, ShiftedRoad
+from geometry.moving_road import ExtrudedRoad, MovingRoad, RoadSeenFromAfar, ShiftedRoad
 from geometry.rectangle import box, rectangle
 from geometry.ring import ring
 from geometry.road import Plane, Road
@@ -24,6 +24,7 @@ __all__ = [
     "MovingRoad",
     "Plane",
     "Road",
+    "RoadSeenFromAfar",
     "RoundRoad",
     "ShiftedRoad",
     "SmoothRoad",

@@ -1,4 +1,4 @@
-"""Roads made from other roads: moving with a velocity, or a profile drawn out sideways."""
+"""Roads made from other roads: moving with a velocity, looked for only when near, or drawn out sideways."""
 
 from __future__ import annotations
 
@@ -42,6 +42,36 @@ class MovingRoad:
     def at(self, time: float) -> ShiftedRoad:
         """Return the road where it is at `time`."""
         return ShiftedRoad(self.road, self.displacement(time))
+
+
+class RoadSeenFromAfar:
+    """A road whose nearest point is sought for points near to it only, to save time.
+
+    Parameters
+    ----------
+    road : of any kind, its normals with an upward last component
+    summit : height that it nowhere exceeds
+    reach : points that are higher than this above the summit see the level at the summit's height instead:
+        their gaps are too small, and never smaller than `reach`
+    """
+
+    def __init__(self, road: Road, summit: float, reach: float):
+        self.road, self.summit, self.reach = road, float(summit), float(reach)
+        if not (np.isfinite(self.summit) and self.reach > 0):
+            raise ValueError(
+                f"The road's summit is {summit} and its reach {reach}; both must be finite, and the reach > 0."
+            )
+
+    def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
+        points = np.asarray(points, dtype=float)
+        normal, foot = np.zeros_like(points), points.copy()
+        normal[:, -1], foot[:, -1] = 1.0, self.summit
+        gap = points[:, -1] - self.summit
+        near = np.flatnonzero(gap <= self.reach)
+        if near.size:
+            gap[near], normal[near], foot[near] = self.road.closest(points[near])
+        return gap, normal, foot
 
 
 class ExtrudedRoad:

@@ -15,6 +15,7 @@ from .curved_road import ON_ROAD, ROUNDS, softness
 from .record import NotConverged, Record
 from .road_planes import RoadPlanes
 from .time_integrator import State, TimeIntegrator, Touch
+from .touching import forget_rounding
 
 
 class FollowsRoad(TimeIntegrator):
@@ -52,6 +53,27 @@ class FollowsRoad(TimeIntegrator):
                 return replace(touch, gap=np.where(touch.status == FREE, planes.gap, 0.0))
             last = replace(before, status=touch.status)
         raise self._off(planes)
+
+    def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Gap (n,) and normal (n, d) under the body; only rounding is taken out."""
+        gap, normal = self.body.gaps(state.displacement)
+        forget_rounding(gap, state.status, 1e-14 * self.body.size)
+        return gap, normal
+
+    def _settle(self, state: State) -> float:
+        """Bring the massless nodes of a scheme that has such into equilibrium, on the road itself."""
+        step, massless = self.solvers["step"], self.solvers["massless"]
+        near, added = ON_ROAD * float(np.ptp(self.body.coordinates, axis=0).max()), 0.0
+        for _ in range(ROUNDS):
+            added += super()._settle(state)  # type: ignore[misc]
+            gap, normal = self.body.gaps(state.displacement)
+            turn, touching = normal - massless.loop.frame[:, 0], state.status != FREE
+            off, turned = (np.abs(x[touching]).max(initial=0.0) for x in (gap, turn))
+            if off <= near and turned <= 10 * self.tolerance:
+                break
+        step.loop.turn(massless.loop.frame[:, 0].copy())
+        step.correction.turn()
+        return added
 
     def _off(self, planes: RoadPlanes) -> NotConverged:
         return NotConverged(
