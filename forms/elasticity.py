@@ -123,7 +123,7 @@ class Elasticity:
         best.
         """
         cells, dim = self.body.cells, self.body.dim
-        gradient = np.einsum("cki,ckj->cij", np.asarray(u)[cells], self._gradients)
+        gradient = self.gradient(u)
         strain = (gradient + gradient.transpose(0, 2, 1)) / 2
         pairs = [(0, 0), (1, 1), (0, 1)] if dim == 2 else [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
         voigt = np.stack([strain[:, i, j] * (1 if i == j else 2) for i, j in pairs], axis=1)
@@ -136,6 +136,10 @@ class Elasticity:
             rows = np.array([material.out_of_plane(self.kinematics) for material in self.materials])
             stress[:, 2, 2] = np.einsum("cj,cj->c", rows[self.material_of], voigt)
         return stress
+
+    def gradient(self, u: np.ndarray) -> np.ndarray:
+        """Return the displacement gradient du_i / dx_j at the middle of each cell, (cells, dim, dim)."""
+        return np.asarray(np.einsum("cki,ckj->cij", np.asarray(u)[self.body.cells], self._gradients))
 
     def von_mises(self, u: np.ndarray) -> np.ndarray:
         """Return von Mises' equivalent stress at the middle of each cell, (cells,)."""

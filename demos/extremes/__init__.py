@@ -1,6 +1,16 @@
 """The cases of demos/extreme_cases.py, family by family."""
 
-from . import friction, incompressible, load, mesh, stiffness_and_scale
+from . import friction, incompressible, load, mesh, rigid_motion, road, stiffness_and_scale, time
 from .collected import CASES
 
-__all__ = ["CASES", "friction", "incompressible", "load", "mesh", "stiffness_and_scale"]
+__all__ = [
+    "CASES",
+    "friction",
+    "incompressible",
+    "load",
+    "mesh",
+    "rigid_motion",
+    "road",
+    "stiffness_and_scale",
+    "time",
+]
