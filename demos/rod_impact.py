@@ -49,6 +49,7 @@ from model import (
 from model import rod as exact
 from model.figures import LOOKS, convergence_figure
 from model.scene import Scene
+from model.step_problem import save_step
 
 scene = Scene("rod_impact", "A rod against a wall: what exact contact does to time integrators.")
 scene.built("M", "K")
@@ -87,11 +88,15 @@ def impact(name, moving, dt, recorded=False, until=3.0):
     start[:, 0] = exact.displacement(x, 0.0)
     first = scheme.start(start)
     history = History(scheme, first, {"end": int(np.argmin(x))}) if recorded else None
+    pressed = first
     squares, pressure, seconds = [], [], scheme.setup_seconds
     for state in march(scheme, first, round(until / dt), history):
         squares.append(np.mean((state.displacement[:, 0] - exact.displacement(x, state.time)) ** 2) / 0.25**2)
         pressure.append(state.contact_force[:, 0].sum() - exact.contact_pressure(state.time))
         seconds += state.seconds
+        pressed = state if state.time < 1.5 else pressed
+    if recorded and name == "mass redistribution":
+        save_step(scene.out / "problem.npz", scheme, pressed)
     v = state.velocity.ravel()
     return SimpleNamespace(
         displacement=np.sqrt(np.mean(squares)),

@@ -94,10 +94,20 @@ class Ledger:
     def _opening(self, state: State) -> Entry:
         body = self.integrator.body
         momenta = (self.integrator.M @ state.velocity.ravel()).reshape(state.velocity.shape)
-        kinetic = 0.5 * float(np.vdot(momenta, state.velocity))
-        strain = body.strain_energy(state.displacement)
-        potential = -float(np.vdot(body.load_at(state.time), state.displacement))
+        kinetic, strain, potential = energies(self.integrator, state)
         total = kinetic + strain + potential
         error = 0.0 if body.floats else np.nan
         momentum = np.where(body.prescribed, 0.0, momenta).sum(axis=0)
         return Entry(kinetic, strain, potential, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, total, momentum, error)
+
+
+def energies(integrator: TimeIntegrator, state: State) -> tuple[float, float, float]:
+    """Kinetic, strain and load energy of a state."""
+    body, v = integrator.body, state.velocity.ravel()
+    potential = -float(np.vdot(body.load_at(state.time), state.displacement))
+    return 0.5 * float(v @ (integrator.M @ v)), body.strain_energy(state.displacement), potential
+
+
+def total_energy(integrator: TimeIntegrator, state: State) -> float:
+    """Their sum."""
+    return sum(energies(integrator, state))

@@ -16,7 +16,12 @@ from .history import History
 
 
 def bounce_figure(
-    body: Any, snapshots: Mapping[float, np.ndarray], history: History, point: str, title: str = ""
+    body: Any,
+    snapshots: Mapping[float, np.ndarray],
+    histories: Mapping[str, History],
+    point: str,
+    touch: float,
+    title: str = "",
 ) -> Figure:
     """Draw snapshots of a plane body above the histories of a point (figures 8 and 9 of the paper).
 
@@ -26,18 +31,21 @@ def bounce_figure(
         With `coordinates` (N, 2) and `cells` (n, k) in dolfinx's order.
     snapshots : dict of (N, 2)
         Displacements by time (s).
-    history : History
-        It has followed the point.
+    histories : dict of History
+        By label; the first is drawn on top of the others. They have followed the point.
     point : str
         Name of the point; a dot in the snapshots.
+    touch : float
+        Time at which the point should touch (s), a vertical line.
     title : str
         Above the axes.
     """
+    first, *others = histories
     figure = plt.figure(figsize=(10, 5.6), layout="constrained")
     halves: Any = figure.subfigures(2, 1, height_ratios=[1, 1.9])
     top, bottom = halves
     axes = top.subplots()
-    node = history.points[point]
+    node = histories[first].points[point]
     for time, displacement in snapshots.items():
         x = body.coordinates + displacement
         polygons = x[body.cells][:, OUTLINE[body.cells.shape[1]]]
@@ -52,10 +60,16 @@ def bounce_figure(
     axes.set_ylim(-0.15, axes.get_ylim()[1] + 0.15)
     figure.suptitle(title)
     labels = {"u_y": "displacement (m)", "v_y": "velocity (m/s)", "f_y": "nodal force (N/m)"}
-    for panel, (name, label), look in zip(bottom.subplots(1, 3), labels.items(), LOOKS):
-        panel.plot(history["time"], history[f"{name}({point})"], color=look["color"], linewidth=1)
+    for panel, (name, label) in zip(bottom.subplots(1, 3), labels.items()):
+        for number, other in enumerate(reversed(others)):
+            history, grey = histories[other], str(0.78 - 0.3 * number)
+            panel.plot(history["time"], history[f"{name}({point})"], color=grey, linewidth=2.2, label=other)
+        history = histories[first]
+        panel.plot(history["time"], history[f"{name}({point})"], color="black", linewidth=0.9, label=first)
+        panel.axvline(touch, color=LOOKS[2]["color"], linestyle=":", label=f"{touch:.3f} s, free fall")
         panel.set(xlabel="t (s)", ylabel=label, title=f"${name[0]}_y$ of {point}")
         panel.grid(color="0.9", linewidth=0.6)
+    figure.legend(*panel.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     return figure
 
 
@@ -74,26 +88,47 @@ def ledger_figure(histories: Mapping[str, History]) -> Figure:
     for (upper, lower), (title, history) in zip(axes.T, histories.items()):
         time = history["time"]
         columns = ["kinetic", "strain", "potential", "friction", "damping", "total"]
-        shown = [c for c in columns if np.abs(history[c]).max() > 0.0]
-        for column, look in zip(shown, cycle(LOOKS)):
+        for column, look in zip(columns, cycle(LOOKS)):
             label = {"friction": "lost to friction", "damping": "lost to damping"}.get(column, column)
-            upper.plot(time, history[column], label=label, color=look["color"], linestyle=look["linestyle"])
+            if np.abs(history[column]).max() > 0.0:
+                line = {"color": look["color"], "linestyle": look["linestyle"]}
+                upper.plot(time, history[column], label=label, **line)
         gained = history["total"] - history["total"][0]
-        lower.plot(time, gained, color="black", label="gained by the integrator")
-        lower.plot(
-            time,
-            history["contact_work"],
-            color=LOOKS[1]["color"],
-            linestyle="--",
-            label="work of the contact forces",
-        )
+        lower.plot(time, gained, color="0.7", linewidth=3.5, label="gained by the integrator")
+        work = {"color": "black", "linewidth": 1, "linestyle": "--", "label": "work of the contact forces"}
+        lower.plot(time, history["contact_work"], **work)
         lower.set_xlabel("t (s)")
         upper.set_title(title)
+        upper.legend(frameon=False, fontsize="small", loc="center")
         for panel in (upper, lower):
             panel.grid(color="0.9", linewidth=0.6)
-            panel.legend(frameon=False, fontsize="small")
     axes[0, 0].set_ylabel("energy (J/m)")
-    axes[1, 0].set_ylabel("energy (J/m)")
+    axes[1, 0].set_ylabel("energy since the start (J/m)")
+    lines = axes[1, 0].get_legend_handles_labels()
+    figure.legend(*lines, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
+    return figure
+
+
+def force_figure(histories: Mapping[str, History], axis: str = "y") -> Figure:
+    """Draw the force of the road on a body against time, a panel for each run.
+
+    Parameters
+    ----------
+    histories : dict of History
+        By title.
+    axis : str
+        Component.
+    """
+    count = len(histories)
+    figure, axes = plt.subplots(
+        count, 1, figsize=(10, 1.25 * count + 0.8), sharex=True, sharey=True, layout="constrained"
+    )
+    for panel, (title, history) in zip(axes, histories.items()):
+        panel.plot(history["time"], history[f"force_{axis}"], color="black", linewidth=0.9)
+        panel.text(0.01, 0.82, title, transform=panel.transAxes)
+        panel.grid(color="0.9", linewidth=0.6)
+    panel.set_xlabel("t (s)")
+    figure.supylabel("force of the road (N/m)", fontsize="medium")
     return figure
 
 

@@ -1,0 +1,40 @@
+"""The rod against a wall, in its quick form: pressure, release, energy, orders."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+DEMO = Path(__file__).parents[1] / "demos" / "rod_impact.py"
+STABILISED = ("contact-stabilised", "mass redistribution")
+
+
+def test_quick_demo(tmp_path):
+    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
+    out = tmp_path / DEMO.stem
+    summary = json.loads((out / "summary.json").read_text())
+    results = {key: result["value"] for key, result in summary["results"].items()}
+    for name in STABILISED:
+        assert results[f"pressure_off_by[{name}]"] < 0.05
+        assert abs(results[f"release[{name}]"] - 2.0) <= 1.0001 * 0.01  # dt
+        assert results[f"touches[{name}]"] == 1
+        assert results[f"max_energy_gain[{name}]"] < 1e-12
+        assert abs(results[f"energy_at_end[{name}]"] / 0.125 - 1.0) < 0.01
+        assert results[f"order_of_displacement_until_release[{name}]"] > 0.85
+    assert results["newmark_energy_identity_error"] < 1e-12
+    assert results["touches[Newmark]"] > 5
+    assert results["max_energy_gain[Newmark]"] > 1e-3
+    assert results["pressure_off_by[Newmark]"] > 0.5
+    assert summary["cost"]["residual"] <= 1e-10
+
+    for name in ("impact.png", "order_of_pressure.png", "pressure_against_run_time.png"):
+        assert (out / name).stat().st_size > 10_000
+    with open(out / "history_mass_redistribution.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[-1]["time"]) == 3.0
+    with np.load(out / "problem.npz") as problem:
+        assert problem["contact_force"].shape == problem["normal"].shape
+        assert problem["contact_force"].any()

@@ -1,0 +1,50 @@
+"""Section 3.2 of the paper, the bouncing ring, in its quick form."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import imageio.v3 as imageio
+import numpy as np
+import pyvista
+
+DEMO = Path(__file__).parents[1] / "demos" / "section_3_2_bouncing_ring.py"
+OTHERS = ("HHT", "generalised alpha", "contact-stabilised", "mass redistribution")
+
+
+def test_quick_demo(tmp_path):
+    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
+    out = tmp_path / DEMO.stem
+    summary = json.loads((out / "summary.json").read_text())
+    results = {key: result["value"] for key, result in summary["results"].items()}
+    for scheme in ("", *(f",{name}" for name in OTHERS)):
+        for mu in ("mu=0", "mu=0.1"):
+            assert results[f"first_touch[{mu}{scheme}]"] == 0.32  # the step after sqrt(2 h / g) = 0.3193 s
+            assert abs(results[f"first_touch_within_step[{mu}{scheme}]"] - np.sqrt(1.0 / 9.81)) < 1e-10
+            if scheme in (",contact-stabilised", ",mass redistribution"):
+                assert results[f"max_energy_gain_relative[{mu}{scheme}]"] < 1e-12
+                assert results[f"energy_change[{mu}{scheme}]"] < 0.0
+        assert results[f"second_touch[mu=0.1{scheme}]"] < results[f"second_touch[mu=0{scheme}]"]
+    assert results["newmark_energy_identity_error"] < 1e-12
+    assert results["free_flight_energy_error"] < 1e-12 and results["free_flight_deformation"] < 1e-12
+    assert results["momentum_error"] < 1e-10
+    for key, value in results.items():
+        if key.startswith(("min_pressure", "min_gap")):
+            assert value == 0.0
+        if key.startswith("max_coulomb_violation"):
+            assert value < 1e-12
+        if key.startswith("spin"):
+            assert value < -0.3  # it rolls the way it goes
+    assert {"spurious_releases[mu=0]", "cost_ratio_to_linear_steps", "speedup_over_loop"} < results.keys()
+    assert summary["cost"]["residual"] <= 1e-10
+
+    for name in ("figure_8", "figure_9", "energy_ledger", "energy_against_run_time", "contact_force_mu=0"):
+        assert (out / f"{name}.png").stat().st_size > 10_000
+    assert len(imageio.imread(out / "ring.gif")) > 20
+    assert len(pyvista.get_reader(out / "ring_mu=0.1.xdmf").time_values) == 130
+    with open(out / "history_mu=0.1.csv", newline="") as file:
+        assert float(list(csv.DictReader(file))[-1]["time"]) == 1.3
+    with np.load(out / "problem.npz") as problem:
+        assert np.count_nonzero(problem["contact_force"][:, 1]) > 5
