@@ -59,7 +59,7 @@ class RoadSeenFromAfar:
         self.road, self.summit, self.reach = road, float(summit), float(reach)
         if not (np.isfinite(self.summit) and self.reach > 0):
             raise ValueError(
-                f"The road's summit is {summit} and its reach {reach}; both must be finite, and the reach > 0."
+                f"The road's summit is {summit} and its reach {reach}; both must be finite, the reach > 0."
             )
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

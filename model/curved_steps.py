@@ -12,6 +12,7 @@ import numpy as np
 
 from .contact_loop import FREE
 from .curved_road import ON_ROAD, ROUNDS, softness
+from .midpoint import Midpoint
 from .record import NotConverged, Record
 from .road_planes import RoadPlanes
 from .time_integrator import State, TimeIntegrator, Touch
@@ -42,7 +43,8 @@ class FollowsRoad(TimeIntegrator):
         guessed = was + moved[nodes]
         sticking = None if step.loop.friction is None else was
         near = ON_ROAD * float(np.ptp(self.body.coordinates, axis=0).max())
-        planes = RoadPlanes(self.body.road, guessed, sticking, softness(step.loop), near)
+        since = (*self.ground(before), was) if isinstance(self, Midpoint) and solver == "step" else None
+        planes = RoadPlanes(self.body.road, guessed, sticking, softness(step.loop), near, since)
         last, touch = before, None
         for self.rounds in range(1, ROUNDS + 1):
             gap = planes.gaps(guessed)

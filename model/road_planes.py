@@ -13,6 +13,13 @@ corner is nearest to a whole wedge of nodes, with all the normals between those 
 convex optimisation this is the projection x = P(x - f / k), k being the stiffness that the node feels.)
 On a hill the same would do harm, so of the two looks, from the node and from below it, the one counts
 that turns the normal less. What is left of creeping and overshooting Anderson's extrapolation removes.
+
+In motion a node goes a way within a step, and its force, if it were along the normal at the end of it, would
+do work on hills and in hollows, though the road is at rest. So it is along the mean normal, corrected so that
+
+    n . (x1 - x0) = g1 - g0                                                                            (1)
+
+to the last digit (the discrete gradient of O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449, of the distance g).
 """
 
 from typing import Any
@@ -40,6 +47,8 @@ class RoadPlanes:
         How far a node moves by a unit of force, about.
     near : float
         A node so near to the road is on it.
+    since : (gap (n,), normal (n, d), position (n, d)), optional
+        Of the nodes as a step of time began: forces shall do work by (1). Default: along the road's normals.
 
     Attributes
     ----------
@@ -54,9 +63,15 @@ class RoadPlanes:
     """
 
     def __init__(
-        self, road: Any, at: np.ndarray, sticking: np.ndarray | None, softness: np.ndarray, near: float
+        self,
+        road: Any,
+        at: np.ndarray,
+        sticking: np.ndarray | None,
+        softness: np.ndarray,
+        near: float,
+        since: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
     ):
-        self.road, self.softness, self.near = road, softness.copy(), near
+        self.road, self.softness, self.near, self.since = road, softness.copy(), near, since
         self.gap, self.normal, self.foot = road.closest(at)
         self.anchor, self._anchor_normal = self.foot, self.normal
         if sticking is not None:
@@ -64,6 +79,7 @@ class RoadPlanes:
             self._anchor_normal = road.closest(self.anchor)[1]
         self.distances: list[float] = []
         self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH)
+        self._lean = np.zeros(at.shape)  # of the planes off the road's own normals
 
     def gaps(self, points: np.ndarray) -> np.ndarray:
         """Distances (n,) of points (n, d) to the planes."""
@@ -88,6 +104,9 @@ class RoadPlanes:
         """
         touching = np.flatnonzero(status != FREE)
         self.gap, normal, foot = self._look(at, status, self.softness * pressure)
+        if self.since is not None:
+            self._lean[touching] = _working(touching, *self.since, normal, foot, self.near) - normal[touching]
+            normal[touching] += self._lean[touching]
         before, self._turn = self._turn, normal - self.normal
         self.softness *= _rescaled(before, self._turn)
         above = np.delete(self.gap, touching)
@@ -118,11 +137,33 @@ class RoadPlanes:
         if touching.size == 0:
             return gap, normal, foot
         normal[sticks], foot[sticks] = self._anchor_normal[sticks], self.anchor[sticks]
-        seen, last = np.where(sticks[:, None], self.anchor, at)[touching], self.normal[touching]
+        seen = np.where(sticks[:, None], self.anchor, at)[touching]
+        last = (self.normal - self._lean)[touching]
         _, below, foot_below = self.road.closest(seen - depth[touching, None] * last)
         steadier = np.sum((below - last) ** 2, axis=1) < np.sum((normal[touching] - last) ** 2, axis=1)
         normal[touching[steadier]], foot[touching[steadier]] = below[steadier], foot_below[steadier]
         return gap, normal, foot
+
+
+def _working(
+    touching: np.ndarray,
+    gap: np.ndarray,
+    before: np.ndarray,
+    was: np.ndarray,
+    normal: np.ndarray,
+    foot: np.ndarray,
+    near: float,
+) -> np.ndarray:
+    """Return the unit normals (k, d) of (1) for the nodes that touch (k,).
+
+    From gaps (n,), normals and positions (n, d) at the beginning of a step to normals and feet at its end.
+    """
+    mean, way = (normal + before)[touching] / 2, (foot - was)[touching]
+    missing = -gap[touching] - np.einsum("ca,ca->c", mean, way)
+    square = np.einsum("ca,ca->c", way, way)
+    far = square > (1e6 * near) ** 2  # else rounding would turn it
+    mean[far] += (missing[far] / square[far])[:, None] * way[far]
+    return mean / np.linalg.norm(mean, axis=1, keepdims=True)
 
 
 def _rescaled(before: np.ndarray, turn: np.ndarray) -> np.ndarray:
