@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from .blocks import BlockMatrix, diagonal_blocks, generalised_inverses, node_order
-from .contact_loop import FREE, SLIP, STICK, Candidates, contact_sweeps, frames, place_all_on_surface
+from .contact_loop import SLIP, STICK, Candidates, contact_sweeps, frames, place_all_on_surface
 from .friction import FrictionLaw
 from .residual import natural_residual
 
@@ -163,22 +163,39 @@ class NodeLoop:
 
 
 def length(x: np.ndarray) -> float:
-    """Euclidean norm of an array of any shape; quicker on small ones than numpy's."""
-    return sqrt(np.vdot(x, x))
+    """Euclidean norm of an array of any shape and size; quicker on small ones than numpy's."""
+    square = np.vdot(x, x)
+    if 1e-290 < square < 1e290:
+        return sqrt(square)
+    largest = float(np.abs(x).max(initial=0.0))
+    if not 0.0 < largest < np.inf:
+        return largest
+    return largest * sqrt(np.vdot(x / largest, x / largest))
 
 
-def place_and_stick(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
-    """Put whatever is below the road back on it after a correction of u (N, d).
+def place_on_road(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
+    """Put whatever is below the road back on it after a correction of u (N, d), where it may slip.
 
-    Who touches sticks a priori, and the loop decides.
-
-    The status (n,) is updated in place.
+    The loop decides later who sticks: a node pulled to where it would stick, if it does not, disturbs its
+    surroundings more than the correction has mended. The status (n,) is updated in place.
     """
-    was_free = status == FREE
     place_all_on_surface(loop.contact, u, status)
-    if loop.friction is not None:
-        status[was_free & (status == SLIP)] = STICK
     loop.hold_sticking(u, status)
+
+
+def stop_slip_that_turned(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> bool:
+    """Let nodes stick which a correction of u (N, d) has moved the way their friction force pushes.
+
+    The friction force of the last residual belongs to slip the other way; between the two lies rest. Return
+    whether there were any; the status (n,) is updated in place.
+    """
+    slipping = np.flatnonzero(status == SLIP)
+    slip = u[loop.nodes[slipping]] - loop.sticking_place(slipping)
+    tangents = loop.frame[slipping, 1:]
+    friction, slip = (np.einsum("cab,cb->ca", tangents, v) for v in (loop.force[slipping], slip))
+    turned = slipping[np.einsum("ca,ca->c", friction, slip) > 0.0]
+    status[turned] = STICK
+    return turned.size > 0
 
 
 @njit(cache=True)

@@ -35,7 +35,7 @@ from .blocks import (
 from .condensation import Condensation
 from .contact_loop import FREE, SLIP, STICK
 from .hierarchy import Level, coarsen, columns_of, nodal_prolongation, recompute
-from .loop import NodeLoop, place_and_stick
+from .loop import NodeLoop, place_on_road, stop_slip_that_turned
 from .record import NotConverged, Record
 from .rigid_motions import nodes_that_hold, spread_candidates
 
@@ -217,9 +217,10 @@ class Multigrid:
         loop = self.loop
         if self.coarser is not None:
             self.coarser.first_guess(loop, u, status, record)
-        best, best_status, idle, sweeps, steady = np.inf, status.copy(), 0, 1, 0
+        best, best_status, idle, sweeps, steady, turned = np.inf, status.copy(), 0, 1, 0, False
         while True:
-            loop.sweep(u, status)
+            if not turned:  # else what the others did belongs to a slip that has been stopped since
+                loop.sweep(u, status)
             residual = loop.residual(u, status)
             if record.finished(residual):
                 return
@@ -233,14 +234,14 @@ class Multigrid:
                 loop.sweep(u, status, sweeps)
                 best, idle, sweeps = loop.residual(u, status), 0, min(4 * sweeps, 1024)
             steady = 0 if self._truncate(status) else steady + 1
-            self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
+            turned = self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
 
     def _correct(
         self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, damping: float
-    ) -> None:
+    ) -> bool:
         """Solve for the unknowns that are linear at present, to a tenth while the contact set still changes.
 
-        Damped where sets flip.
+        Damped where sets flip. Return whether slip would have turned round, and was stopped.
         """
         loop = self.loop
         scale = loop.load_size + float(np.linalg.norm(loop.force))
@@ -253,7 +254,9 @@ class Multigrid:
         else:
             record.cycles += self._conjugate_gradients(loop.R, wanted)
         u += min(damping, self._fall(u, status)) * self.x
-        place_and_stick(loop, u, status)
+        turned = loop.friction is not None and stop_slip_that_turned(loop, u, status)
+        place_on_road(loop, u, status)
+        return turned
 
     def turn(self) -> None:
         """Follow the loop's new normals: what is held must be held anew."""
@@ -464,7 +467,7 @@ class CoarserMesh:
         u[fine.nodes] += lift[:, None] * fine.frame[:, 0]
         stuck = self.weights @ (touching == STICK).astype(float) > 1.0 - 1e-9
         status[:] = np.where(self.between & (arrived == 0.0), np.where(stuck, STICK, SLIP), FREE)
-        place_and_stick(fine, u, status)
+        place_on_road(fine, u, status)
 
 
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], coordinates: np.ndarray) -> Multigrid:
