@@ -105,7 +105,9 @@ for figure, (name, loads) in enumerate(scenarios.items(), start=6):
     scene.result(f"contact_to[{name}]", touches[1], "mm", hertz.a, "Hertz, frictionless")
     scene.result(f"tangential_force_error[{name}]", abs(last.contact_force[:, 0].sum() / Q + 1), "1", 0.0)
     scene.result(f"max_coulomb_violation[{name}]", max(excess, 0.0) / p.max(), "1", 0.0, "eq. (7), of p0")
-    scene.result(f"max_slip_power[{name}]", np.max((tau * slip)[slips]), "MPa mm", 0.0, "at most: tau opposes it")
+    scene.result(
+        f"max_slip_power[{name}]", np.max((tau * slip)[slips]), "MPa mm", 0.0, "at most: tau opposes it"
+    )
     title = f"Figure {figure}: {name} loading, the leading edge on the right"
     picture = stick_slip_figure(x, abs(tau), mu * p, theories[name], sticks, hertz.a, slip, title)
     scene.figure(picture, f"figure_{figure}")
