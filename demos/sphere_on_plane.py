@@ -105,8 +105,9 @@ for k in levels[:-1]:
     errors["a"].append(abs(found[k][6] / a - 1))
     errors["pressure (L2)"].append(np.sqrt(np.sum(weight * (p - finest) ** 2) / np.sum(weight * finest**2)))
 spacing = np.array([0.05 * R / 2**k for k in levels[:-1]])
-rate = np.polyfit(np.log(spacing), np.log(errors["pressure (L2)"]), 1)[0]
-scene.result("order_pressure_L2", rate, "1")
+for name, values in errors.items():
+    rate = np.polyfit(np.log(spacing), np.log(values), 1)[0]
+    scene.result(f"order[{name}]", rate, "1, in the node spacing")
 scene.result("min_gap", solution.gap.min(), "mm", 0.0, "non-penetration")
 scene.result("min_pressure", pressure.min(), "MPa", 0.0, "no adhesion")
 balance = abs(4 * solution.pressure_force.sum() / F - 1)
@@ -155,20 +156,15 @@ for name, (linear, sizes) in rivals.items():
         scene.result(f"seconds[{name}, dofs={problem.b.size}]", answer.seconds, "s")
         difference = np.abs(answer.displacement - found[k][2].displacement).max()
         scene.result(f"difference[{name}, dofs={problem.b.size}]", difference, "mm", 0.0, "the node loop")
-largest = max(seconds["vinewtonrsls + CG/GAMG"])
-scene.result(
-    "speedup_over_vinewtonrsls_gamg",
-    seconds["vinewtonrsls + CG/GAMG"][largest] / seconds["multigrid"][largest],
-    "1",
-    20.0,
-    f"wanted at 300,000 unknowns; here {largest}",
-)
+for n, spent in seconds["vinewtonrsls + CG/GAMG"].items():
+    faster = spent / seconds["multigrid"][n]
+    scene.result(f"speedup_over_vinewtonrsls_gamg[dofs={n}]", faster, "1", 20.0, "wanted at 300,000 unknowns")
 converged = {found[k][0]: e for k, e in zip(levels, errors["pressure (L2)"])}
 figure = convergence_figure(
     {name: np.array([s for n, s in times.items() if n in converged]) for name, times in seconds.items()},
     {name: np.array([converged[n] for n in times if n in converged]) for name, times in seconds.items()},
     "seconds, set-up included",
-    "error of the pressure (L2) against the finest mesh",
+    "error of the pressure (relative, L2)",
 )
 scene.figure(figure, "error_against_run_time")
 
@@ -176,7 +172,8 @@ scene.figure(figure, "error_against_run_time")
 # ## Mindlin: partial slip
 #
 # F first, without friction, so that the shear that it would cause (an elastic body on a rigid road spreads)
-# is left out, as in the closed form; then Q in steps with friction. Nodes stick where F has left them.
+# is left out, as in the closed form; then Q in steps with friction. Nodes stick where F has left them. What the
+# closed form leaves out still shows: at nu = 0.3 the push draws the pressure forwards.
 
 # %%
 level = 2 if scene.quick else 3
@@ -231,6 +228,7 @@ picture = cut_figure(
 )
 scene.figure(picture, "deformed")
 rubbing.write(scene.out / "sphere.xdmf", slipped)
+found[2][1].problem.save(scene.out / "problem.npz", found[2][2])
 
 # %%
 scene.cost(

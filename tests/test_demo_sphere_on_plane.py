@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
-import pyvista
 
+pyvista = pytest.importorskip("pyvista")
 DEMO = Path(__file__).parents[1] / "demos" / "sphere_on_plane.py"
 
 
