@@ -9,42 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import positive, tangential_load
-from .hertz import HertzCylinder, ellipse
+from .hertz import ellipse
+from .mindlin import MindlinCylinder
 
 
 @dataclass(frozen=True)
-class Carter:
-    """A cylinder that rolls steadily towards +x under P and transmits Q.
+class Carter(MindlinCylinder):
+    """A cylinder that rolls steadily towards +x under P and transmits Q: Mindlin's, its stick zone moved.
 
-    Parameters
-    ----------
-    normal : HertzCylinder
-        The normal contact.
-    Q : float
-        Tangential force per unit length (N/mm), 0 <= Q <= mu P.
-    mu : float
-        Coefficient of friction.
-
-    Raises
-    ------
-    ValueError
-        If mu is not positive or Q is out of range.
+    >>> from model.hertz import HertzCylinder
+    >>> round(Carter(HertzCylinder(P=1e4, R=10.0, E=210e3, nu=0.3), Q=3750.0, mu=0.5).creepage, 5)
+    0.01857
     """
-
-    normal: HertzCylinder
-    Q: float
-    mu: float
-
-    def __post_init__(self) -> None:
-        """Check the numbers once."""
-        positive(mu=self.mu)
-        tangential_load(self.Q, self.mu * self.normal.P)
-
-    @property
-    def c(self) -> float:
-        """Half width of the stick zone, a sqrt(1 - Q / (mu P)) (mm)."""
-        return self.normal.a * float(np.sqrt(1 - self.Q / (self.mu * self.normal.P)))
 
     @property
     def stick_zone(self) -> tuple[float, float]:
