@@ -51,19 +51,19 @@ scene.left_out("C", "gmsh", "pyvista")
 h, gravity, speed, mu = 0.5, 9.81, 10.0, 0.1  # m, m/s^2, m/s, 1
 FALL = np.sqrt(2 * h / gravity)
 KINETIC = 0.5 * np.pi * (0.5**2 - 0.2**2) * speed**2
-around, across, dt, end = (96, 6, 2e-3, 0.5) if scene.quick else (192, 12, 5e-4, 1.3)
+around, across, dt, end = (96, 6, 2e-3, 0.5) if scene.quick else (144, 9, 1e-3, 1.2)
 warnings.simplefilter("ignore", UnresolvedWaves)  # the results say how many steps a period has
 
 # %% [markdown]
 # ## The road
 #
 # Random heights whose power spectrum falls with the square of the wavenumber, as measured roads' does
-# (ISO 8608), between wavelengths of 1 m and of 0.1 m, 6 nodes of the finer mesh; sampled every 1 cm, written to a file as a
-# profilometer would, and read back. The ring runs over them at 10 m/s: they shake it at 10 to 100 Hz.
+# (ISO 8608), between wavelengths of 0.7 m and of 7 cm, three nodes of the ring; sampled every 5 mm, written to a
+# file as a profilometer would, and read back. The ring slides over them at 10 m/s: they shake it at 14 to 143 Hz.
 
 # %%
-longest, shortest, roughness, seed = 1.0, 0.1, 4e-3, 7  # m, m, standard deviation (m)
-x = np.arange(-2.0, 16.0, 0.01)
+longest, shortest, roughness, seed = 0.7, 0.07, 4e-3, 7  # m, m, standard deviation (m)
+x = np.arange(-2.0, 16.0, 0.005)
 random = np.random.default_rng(seed)
 lengths = np.geomspace(shortest, longest, 32)  # each stands for a band as wide as its wavenumber
 heights = np.cos(2 * np.pi * x[:, None] / lengths + random.uniform(0, 2 * np.pi, 32)) @ np.sqrt(lengths)
@@ -99,12 +99,8 @@ class Ride:
         self.scheme = scheme(self.moving, dt)
         state = self.scheme.start(velocity=velocity)
         self.history = History(self.scheme, state, {"A": self.body.nearest_node((0.0, h))})
-        rigid, self.off, self.surface, self.hardest = (
-            RigidPart(self.scheme.M, self.body.coordinates),
-            0.0,
-            [],
-            0.0,
-        )
+        rigid = RigidPart(self.scheme.M, self.body.coordinates)
+        self.off, self.surface, self.hardest = 0.0, [], 0.0
         nodes, before = self.moving.contact_nodes, state
         for state in march(self.scheme, before, round(end / dt), self.history):
             touching = nodes[state.status > 0]
@@ -114,7 +110,8 @@ class Ride:
             self.surface.append(rigid.deformation(state.velocity)[nodes])
             force = state.contact_force[:, 1].sum()
             if force > self.hardest:
-                self.hardest, self.pressed = force, (before, state)
+                self.hardest = force
+                self.pressed = before, state, self.scheme.solvers["step"].loop.frame[:, 0].copy()
             if on_step is not None:
                 on_step(self, state)
             before = state
@@ -122,18 +119,19 @@ class Ride:
     def spectrum(self):
         """Frequencies (Hz), and power spectral density of the surface velocity, mean over the nodes."""
         rate = 1 / self.scheme.dt
-        frequency, power = welch(
-            np.array(self.surface), rate, nperseg=min(0.25 * rate, len(self.surface)), axis=0
-        )
+        velocity = np.array(self.surface)[round(FALL * rate) :]
+        frequency, power = welch(velocity, rate, nperseg=min(round(0.25 * rate), len(velocity)), axis=0)
         return frequency, power.sum(axis=2).mean(axis=1)
 
 
 # %% [markdown]
 # ## The ride, over the rough road and over a plane
 #
-# Contact-stabilised Newmark: on a plane road it never gains energy. On a road that bends, a node that slides
-# over a hill in one step of finite length is pushed along the normal of the step's end, which has turned:
-# that adds a little energy, on hills, and takes a little, in hollows, both of first order in dt.
+# Contact-stabilised Newmark never gains energy on a plane road. Nor does it here: within a step a node slides
+# over a hill while the normal turns, and the force of the road is put along that mean normal which does work
+# on the change of the gap alone, n . (x1 - x0) = g1 - g0 (Gonzalez's discrete gradient, `model/road_planes.py`).
+# What is left is of fourth order: the projection that comes before the step does not know where the step ends.
+# Mass redistribution, below, has no such projection, and nothing left.
 
 # %%
 series, pictures = Series(scene.out / "ring.xdmf", launched(rough)[0]), {}
@@ -159,25 +157,19 @@ rides = {"rough road": Ride(rough, on_step=on_step), "plane road": Ride(Plane())
 for name, ride in rides.items():
     history, key = ride.history, name.split()[0]
     gain = history["gain"].max() / KINETIC
-    scene.result(f"off_the_road[{key}]", ride.off / 1.0, "body lengths", 1e-12, "wanted, at most")
+    scene.result(f"off_the_road[{key}]", ride.off, "body lengths", 1e-12, "wanted, at most")
     scene.result(f"min_gap[{key}]", history["lowest_gap"].min(), "m", 0.0, "non-penetration")
     scene.result(
         f"min_pressure[{key}]", history["lowest_pressure"].min(), "N/m, nodal force", 0.0, "no adhesion"
     )
     scene.result(f"max_coulomb_violation[{key}]", history["cone"].max(), "N/m", 0.0, "|tau| <= mu p")
-    scene.result(f"max_energy_gain[{key}]", gain, "of the initial kinetic energy, in a step", 0.0)
     scene.result(
-        f"energy_change[{key}]",
-        (history["total"][-1] - history["total"][0]) / KINETIC,
-        "of the initial kinetic energy",
-        0.0,
+        f"max_energy_gain[{key}]", gain, "of the initial kinetic energy, in a step", 0.0, "never gained"
     )
+    change = (history["total"][-1] - history["total"][0]) / KINETIC
+    scene.result(f"energy_change[{key}]", change, "of the initial kinetic energy, friction counted", 0.0)
     scene.result(
-        f"energy_above_start[{key}]",
-        np.max(history["total"] - history["total"][0]) / KINETIC,
-        "of the initial kinetic energy",
-        0.0,
-        "never gained",
+        f"lost_to_friction[{key}]", history["friction"][-1] / KINETIC, "of the initial kinetic energy"
     )
     scene.result(f"momentum_error[{key}]", history["momentum_error"].max(), "N s/m", 0.0)
     bounces = history.bounces(apart=0.05)
@@ -190,24 +182,23 @@ for name, ride in rides.items():
 # %% [markdown]
 # ## The spectrum of its surface velocity
 #
-# Of the outer nodes, the motion as a rigid body taken out. The plane road strikes the ring, and it rings in its
-# lowest modes; the rough road goes on shaking it at the frequencies v / wavelength, in grey.
+# Of the outer nodes from the first touch on, the motion as a rigid body taken out. The plane road strikes the
+# ring, and it rings in its modes; the rough road shakes it besides, at the frequencies v / wavelength, in grey, and
+# above, since touching and letting go are sudden. Waves of more than about 200 Hz are as short as three cells.
 
 # %%
 spectra = {name: ride.spectrum() for name, ride in rides.items()}
 band = speed / longest, speed / shortest
-powers = {}
 for name, (frequency, power) in spectra.items():
-    inside = (frequency >= band[0]) & (frequency <= band[1])
-    powers[name] = np.trapezoid(power[inside], frequency[inside])
-    scene.result(f"surface_velocity[{name.split()[0]}]", np.sqrt(np.trapezoid(power, frequency)), "m/s, rms")
-level = 10 * np.log10(powers["rough road"] / powers["plane road"])
-scene.result("level_of_rough_over_plane", level, f"dB, {band[0]:.0f} to {band[1]:.0f} Hz")
+    rms = np.sqrt(np.trapezoid(power, frequency))
+    scene.result(f"surface_velocity[{name.split()[0]}]", rms, "m/s, rms from the first touch on")
+for centre in (31.5, 63.0, 125.0):
+    octave = (frequency >= centre / np.sqrt(2)) & (frequency < centre * np.sqrt(2))
+    ratio = spectra["rough road"][1][octave].sum() / spectra["plane road"][1][octave].sum()
+    scene.result(f"level_of_rough_over_plane[{centre:g} Hz]", 10 * np.log10(ratio), "dB, octave")
 if not scene.quick:
     spectra["rough road, half the time step"] = Ride(rough, dt=dt / 2).spectrum()
-    spectra["rough road, half as many nodes across and around"] = Ride(
-        rough, around=around // 2, across=across // 2
-    ).spectrum()
+    spectra["plane road, half the time step"] = Ride(Plane(), dt=dt / 2).spectrum()
 figure, axes = new_figure(
     "frequency (Hz)", "velocity spectrum ((m/s)$^2$/Hz)", "Surface velocity of the ring", (7.5, 4.5)
 )
@@ -216,7 +207,7 @@ for look, (name, (frequency, power)) in zip(LOOKS, spectra.items()):
     axes.loglog(
         frequency[1:], power[1:], label=name, color=look["color"], linestyle=look["linestyle"], linewidth=1.2
     )
-axes.set_xlim(4, 500)
+axes.set_xlim(4, 400)
 axes.legend(frameon=False, fontsize="small")
 scene.figure(figure, "spectrum")
 
@@ -227,7 +218,7 @@ scene.figure(figure, "spectrum")
 
 # %%
 ride = rides["rough road"]
-body, (_, pressed) = ride.body, ride.pressed
+body, (_, pressed, _) = ride.body, ride.pressed
 fine = np.linspace(-0.7, pictures[max(pictures)][:, 0].mean() + 0.8, 4000)
 figure, (way, close) = plt.subplots(2, 1, figsize=(10, 6.2), layout="constrained", height_ratios=[1, 2])
 for panel in (way, close):
@@ -260,7 +251,7 @@ for kind, (colour, name) in MARKS.items():
     )
 middle = moved[:, 0].mean()
 close.set(xlim=(middle - 0.45, middle + 0.45), ylim=(-0.03, 0.25), title=f"t = {pressed.time:.3f} s")
-close.legend(frameon=False, loc="upper right")
+close.legend(framealpha=0.9, loc="upper right")
 scene.figure(figure, "ring_on_the_road")
 
 # %%
@@ -291,7 +282,7 @@ scene.figure(ledger_figure({name: ride.history for name, ride in rides.items()})
 
 # %%
 ride = rides["rough road"]
-before, after = ride.pressed
+before, after, normal = ride.pressed
 moving, scheme, nodes = ride.moving, ride.scheme, ride.moving.contact_nodes
 moved, _ = scheme.guess(before)
 missing = moving.missing_force(before.time, before.displacement + 0.5 * moved, moved / scheme.dt)
@@ -301,7 +292,7 @@ missing -= (scheme.effective_matrix() @ np.broadcast_to((0.0, 0.01), moved.shape
 )
 was = moving.coordinates[nodes] + before.displacement[nodes]
 above = was + moved[nodes]
-_, normal, foot = rough.closest(moving.coordinates[nodes] + after.displacement[nodes])
+_, _, foot = rough.closest(moving.coordinates[nodes] + after.displacement[nodes])
 gap, back = np.einsum("ca,ca->c", normal, above - foot), rough.closest(was)[2] - above
 problem = ContactProblem(scheme.effective_matrix(), missing, moving.coordinates, nodes, normal, gap, mu, back)
 again = solve(problem, "direct")
@@ -310,26 +301,33 @@ difference = np.abs(again.displacement - (after.displacement - before.displaceme
 scene.result("difference_of_the_step_solved_anew", difference, "m", 0.0)
 
 # %% [markdown]
-# ## What a road that bends adds to the energy
+# ## Smaller steps
 #
-# All that the steps of the first bounce add, and all that they take, for smaller and smaller steps; mass
-# redistribution beside it.
+# What the first bounce takes from the energy, beside friction, with smaller and smaller steps; mass
+# redistribution beside contact-stabilised Newmark. It is what touching nodes lose of their velocity towards
+# the road.
 
 # %%
-steps = (4e-3, 2e-3) if scene.quick else (2e-3, 1e-3, 5e-4)
-for name, integrator in {
-    "contact-stabilised": ContactStabilised,
-    "mass redistribution": MassRedistribution,
-}.items():
-    gains = []
-    for step in steps:
-        gain = Ride(rough, integrator, 96, 6, step, 0.47).history["gain"]
-        gains.append(gain[gain > 0].sum() / KINETIC)
-        scene.result(
-            f"energy_added[{name},dt={step:g}]", gains[-1], "of the initial kinetic energy, first bounce", 0.0
-        )
-    order = np.log(gains[0] / gains[-1]) / np.log(steps[0] / steps[-1])
-    scene.result(f"order_of_energy_added[{name}]", order, "1, in dt", 1.0, "first order")
+steps = (4e-3,) if scene.quick else (2e-3, 1e-3, 5e-4)
+integrators = {"contact-stabilised": ContactStabilised, "mass redistribution": MassRedistribution}
+for name, integrator in integrators.items():
+    taken, gains = [], []
+    for step in scene.progress(steps, name):
+        run = Ride(rough, integrator, 96, 6, step, 0.47)
+        taken.append((run.history["total"][0] - run.history["total"][-1]) / KINETIC)
+        gains.append(run.history["gain"].max() / KINETIC)
+        scene.result(f"energy_taken[{name},dt={step:g}]", taken[-1], "of the initial kinetic energy", 0.0)
+        scene.result(f"off_the_road[{name},dt={step:g}]", run.off, "body lengths", 1e-12, "wanted, at most")
+    scene.result(
+        f"max_energy_gain[{name}]",
+        max(gains),
+        "of the initial kinetic energy, in a step",
+        0.0,
+        "never gained",
+    )
+    if len(steps) > 1:
+        order = np.log(taken[0] / taken[-1]) / np.log(steps[0] / steps[-1])
+        scene.result(f"order_of_energy_taken[{name}]", order, "1, in dt")
 
 # %%
 scene.cost(**ride.history.cost(), assembly_seconds=0.0)
