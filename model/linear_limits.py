@@ -38,8 +38,8 @@ def linear_limits(gradient: np.ndarray) -> tuple[float, float]:
     rotation = float(np.sqrt((spin**2).sum(axis=(1, 2)) / 2).max())
     if strain > STRAIN or rotation > ROTATION:
         warnings.warn(
-            f"The largest strain is {strain:.2g} and the largest rotation {rotation:.2g} rad, but linear strain "
-            f"is true only well below {STRAIN} and {ROTATION}: take the answer for that of the linear model.",
+            f"The largest strain is {strain:.2g} and the largest rotation {rotation:.2g} rad, but linear "
+            f"strain is true only well below {STRAIN} and {ROTATION}: this is the linear model's answer.",
             BeyondLinear,
             stacklevel=2,
         )

@@ -66,12 +66,8 @@ def unheld_motions(A: bsr_array, coordinates: np.ndarray) -> np.ndarray:
     return motions @ np.linalg.solve(lower.T, vectors[:, values < 1e-13])
 
 
-def nodes_that_hold(
-    A: bsr_array, b: np.ndarray, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray, mu: float
-) -> np.ndarray:
-    """Find candidates that can hold the body against its load where A alone does not.
-
-    Refuse a load that nothing can hold.
+class Hold:
+    """What holds a body against its loads: the road, where A alone does not.
 
     Every rigid motion r with A r = 0 must be balanced by forces of the road, sum f_i . r_i = -b . r, with f_i
     in the friction cones. (In 3-D the cones are replaced by pyramids of eight edges around them: a load just
@@ -80,8 +76,6 @@ def nodes_that_hold(
     Parameters
     ----------
     A : bsr_array (N d, N d)
-    b : (N, d)
-        Load.
     coordinates : (N, d)
     nodes : (n,)
         Candidates.
@@ -89,45 +83,79 @@ def nodes_that_hold(
     mu : float
         Coefficient of friction.
 
-    Returns
-    -------
-    (k,) numbers of a few candidates, far apart, that balance the load; none where A holds the body.
+    Attributes
+    ----------
+    motions : (N d, m)
+        Rigid motions that A does not resist.
 
     Raises
     ------
     ValueError
         Saying which motion nothing resists.
     """
-    motions = unheld_motions(A, coordinates)
-    if motions.shape[1] == 0:
-        return np.zeros(0, dtype=np.int64)
-    d = coordinates.shape[1]
-    motions = np.linalg.qr(motions)[0]
-    at_nodes = motions.reshape(-1, d, motions.shape[1])[nodes]
-    powers = np.einsum("ecd,cdm->mec", _cone_edges(normal, mu), at_nodes).reshape(motions.shape[1], -1)
-    directions, sizes, _ = np.linalg.svd(powers)
-    resisted = int(np.sum(sizes > 1e-10 * sizes.max(initial=1e-300)))
-    if resisted < motions.shape[1]:
-        motion = (motions @ directions[:, resisted]).reshape(-1, d)
-        raise ValueError(
-            f"Neither supports nor the road resist {_in_words(motion)}; "
-            "fix the body against it or give the road friction."
+
+    def __init__(
+        self, A: bsr_array, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray, mu: float
+    ):
+        self.motions, self._count = unheld_motions(A, coordinates), nodes.size
+        if self.motions.shape[1] == 0:
+            return
+        d = coordinates.shape[1]
+        motions = self.motions = np.linalg.qr(self.motions)[0]
+        at_nodes = motions.reshape(-1, d, motions.shape[1])[nodes]
+        self._powers = np.einsum("ecd,cdm->mec", _cone_edges(normal, mu), at_nodes).reshape(
+            motions.shape[1], -1
         )
-    wanted = -(motions.T @ b.ravel())
-    body = bodies(A)[nodes]
-    holding = np.concatenate(
-        [here[spread_candidates(coordinates[nodes[here]], d)] for here in map(np.flatnonzero, _each(body))]
-    )
-    if not np.any(wanted):
-        return holding
-    forces, missing = nnls(powers, wanted / np.linalg.norm(wanted), maxiter=100 * powers.shape[1])
-    if missing > 1e-7:
-        motion = (motions @ -wanted).reshape(-1, d)
-        raise ValueError(
-            f"The load drives the body into {_in_words(motion)} that neither supports nor the road can stop; "
-            "load it towards the road or fix it."
+        directions, sizes, _ = np.linalg.svd(self._powers)
+        resisted = int(np.sum(sizes > 1e-10 * sizes.max(initial=1e-300)))
+        if resisted < motions.shape[1]:
+            motion = (motions @ directions[:, resisted]).reshape(-1, d)
+            raise ValueError(
+                f"Neither supports nor the road resist {_in_words(motion)}; "
+                "fix the body against it or give the road friction."
+            )
+        body = bodies(A)[nodes]
+        self._spread = np.concatenate(
+            [
+                here[spread_candidates(coordinates[nodes[here]], d)]
+                for here in map(np.flatnonzero, _each(body))
+            ]
         )
-    return np.union1d(holding, np.flatnonzero(forces.reshape(-1, nodes.size).any(axis=0)))
+
+    def nodes(self, b: np.ndarray) -> np.ndarray:
+        """Find candidates that can hold the body against its load b (N, d).
+
+        Returns
+        -------
+        (k,) numbers of a few candidates, far apart, that balance the load; none where A holds the body.
+
+        Raises
+        ------
+        ValueError
+            If nothing can hold the body against this load.
+        """
+        if self.motions.shape[1] == 0:
+            return np.zeros(0, dtype=np.int64)
+        wanted = -(self.motions.T @ b.ravel())
+        if not np.any(wanted):
+            return self._spread
+        forces, missing = nnls(
+            self._powers, wanted / np.linalg.norm(wanted), maxiter=100 * self._powers.shape[1]
+        )
+        if missing > 1e-7:
+            motion = (self.motions @ -wanted).reshape(b.shape)
+            raise ValueError(
+                f"The load drives the body into {_in_words(motion)} that neither supports nor the road can "
+                "stop; load it towards the road or fix it."
+            )
+        return np.union1d(self._spread, np.flatnonzero(forces.reshape(-1, self._count).any(axis=0)))
+
+
+def nodes_that_hold(
+    A: bsr_array, b: np.ndarray, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray, mu: float
+) -> np.ndarray:
+    """Find candidates that can hold the body against its load, as `Hold` does."""
+    return Hold(A, coordinates, nodes, normal, mu).nodes(b)
 
 
 def _cone_edges(normal: np.ndarray, mu: float) -> np.ndarray:

@@ -16,6 +16,7 @@ from numba import njit
 from .blocks import generalised_inverses
 from .contact_loop import FREE, SLIP, STICK, Candidates, place_all_on_surface, put_back, stick_or_slip
 from .friction import FrictionLaw, allowed
+from .lemke import contact_by_pivoting
 from .residual import admissible_traction
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
@@ -442,10 +443,33 @@ def solve_small(arrays, contact, b, u, status, force, bound, slip_rate, toleranc
         best, rounding = judge(S, contact, b, u, status, R, force, bound, slip_rate)
         if arrays.W.size:  # a body that moves almost as one relaxes slowly, its forces quickly
             sweep_forces(sweeps, arrays, contact, b, trial, trial_status, bound, slip_rate)
+            place_all_on_surface(contact, trial, trial_status)
+            hold_sticking(contact, trial, trial_status)
             after, trial_rounding = judge(S, contact, b, trial, trial_status, R, force, bound, slip_rate)
             if after < best:
                 u[:], status[:], best, rounding = trial, trial_status, after, trial_rounding
             else:
                 judge(S, contact, b, u, status, R, force, bound, slip_rate)
         sweeps = min(4 * sweeps, 1024)
+    if bound is not None and u.shape[1] == 2 and best > max(tolerance, min(rounding, 1e-8)):
+        try_pivoting(S, contact, b, u, status, R, force, bound, slip_rate, best)
     judge(S, contact, b, u, status, R, force, bound, slip_rate)
+
+
+@njit(cache=True, error_model="numpy")
+def try_pivoting(S, contact, b, u, status, R, force, bound, slip_rate, best):
+    """Start anew from what pivoting finds for the coefficients of friction at hand; keep the better end."""
+    mu = np.empty(status.size)
+    for c in range(mu.size):
+        mu[c] = allowed(bound, 1.0, 0.0, contact.state[c])
+    trial, decided, found = contact_by_pivoting(S, b, contact.gap, contact.reference, mu)
+    if not found:
+        return
+    trial_status = decided.astype(status.dtype)
+    for _ in range(CHAIN):
+        place_all_on_surface(contact, trial, trial_status)
+        hold_sticking(contact, trial, trial_status)
+        after, _ = judge(S, contact, b, trial, trial_status, R, force, bound, slip_rate)
+        if after < best:
+            u[:], status[:], best = trial, trial_status, after
+        newton_step(S, contact, trial, trial_status, R, force, bound, slip_rate)

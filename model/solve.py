@@ -17,7 +17,7 @@ from .loop import NodeLoop, length
 from .multigrid import geometric
 from .problem import ContactProblem
 from .record import NotConverged, Record
-from .rigid_motions import nodes_that_hold
+from .rigid_motions import Hold
 
 MULTIGRID_PAYS = 5_000  # unknowns
 DIRECT_PAYS = 50_000
@@ -119,7 +119,14 @@ class ContactSolver:
             raise ValueError(f"order must be a permutation of 0, ..., {N - 1}.")
         began = perf_counter()
         self.problem, self.progress = problem, progress
-        self.holding = self._nodes_that_hold(problem.b)
+        self._hold: Hold | None = Hold(
+            problem.A,
+            problem.coordinates,
+            problem.contact_nodes,
+            problem.normal,
+            problem.friction_coefficient,
+        )
+        self.holding = self._hold.nodes(problem.b)
         A = block_matrix(problem.A)
         self.loop = NodeLoop(A, problem.contact_nodes, problem.normal, problem.friction, order)
         self.correction = self._make(correction)
@@ -128,11 +135,6 @@ class ContactSolver:
         self.u = np.zeros((N, problem.dim))
         self.gap = problem.gap
         self.state = np.zeros(problem.contact_nodes.size)
-
-    def _nodes_that_hold(self, b: np.ndarray) -> np.ndarray:
-        problem = self.problem
-        mu, normal = problem.friction_coefficient, problem.normal
-        return nodes_that_hold(problem.A, b, problem.coordinates, problem.contact_nodes, normal, mu)
 
     def _make(self, correction: str) -> Any:
         problem, loop = self.problem, self.loop
@@ -157,6 +159,7 @@ class ContactSolver:
         Its unit normal (n, d), and its distance (n,) at zero displacement, of any sign.
         """
         self.loop.turn(normal)
+        self._hold = None  # it knows the old normals
         self.gap = np.asarray(gap, dtype=np.float64)
         self.correction.turn()
 
@@ -203,8 +206,8 @@ class ContactSolver:
         problem, loop = self.problem, self.loop
         if b is None:
             b = problem.b
-        elif self.holding.size:
-            self._nodes_that_hold(b)  # or refuse the load
+        elif self._hold is not None:
+            self._hold.nodes(b)  # or refuse the load
         gap = self.gap if gap is None else problem.checked_gap(gap)
         if tangential_reference is None:
             tangential_reference = problem.tangential_reference

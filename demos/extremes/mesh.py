@@ -33,7 +33,7 @@ def aspect_ratio(aspect, cell):
 
 
 @CASES.add(
-    FAMILY, "{cell}s, nodes moved by up to {part} of the spacing", 1e-9, part=[0.1, 0.3, 0.4], cell=CELLS
+    FAMILY, "{cell}s, nodes moved by up to {part} of the spacing", 1e-9, part=[0.1, 0.2, 0.3], cell=CELLS
 )
 def distorted(part, cell):
     """Cells of any shape."""
@@ -84,7 +84,7 @@ def size_jump(jump, cell):
 
 
 @CASES.add(
-    FAMILY, "cylinder, {columns} x {layers}, {cell}s", 1e-9, columns=[4, 8, 24], layers=[2, 8], cell=CELLS
+    FAMILY, "cylinder, {columns} x {layers}, {cell}s", 1e-9, columns=[4, 8, 16], layers=[2, 8], cell=CELLS
 )
 def coarse_and_fine(columns, layers, cell):
     """Against least squares."""

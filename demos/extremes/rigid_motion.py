@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from geometry import half_cylinder, rectangle
-from model import Newmark, solve
+from model import solve
 from model.judge import deviation
 
 from .collected import CASES
-from .scenes import block, cylinder, pressed, same
+from .scenes import block, cylinder, same
 from .time import SCHEMES, thrown, touching_ring
 
 FAMILY = "rigid motion"
@@ -22,7 +21,9 @@ def mirrored(points, middle=0.0):
     return found
 
 
-@CASES.add(FAMILY, "symmetric cylinder, mu = {mu}, load {load:g}", mu=[None, 0.1, 0.5, 2.0], load=[1e-4, 5e-3, 0.1])
+@CASES.add(
+    FAMILY, "symmetric cylinder, mu = {mu}, load {load:g}", mu=[None, 0.1, 0.5, 2.0], load=[1e-4, 5e-3, 0.1]
+)
 def symmetric_cylinder(mu, load):
     """Displacements and forces are their own mirror images."""
     scene = cylinder(friction=mu, load=load)
@@ -66,7 +67,14 @@ def turned_and_shifted(turn, shift, mu):
     return same(solution, reference, turn=turn), solution.residual
 
 
-@CASES.add(FAMILY, "nodes visited {way}, correction {correction}, mu = {mu}", 1e-9, way=["backwards", "shuffled"], correction=["none", "direct"], mu=[None, 0.3])
+@CASES.add(
+    FAMILY,
+    "nodes visited {way}, correction {correction}, mu = {mu}",
+    1e-9,
+    way=["backwards", "shuffled"],
+    correction=["none", "direct"],
+    mu=[None, 0.3],
+)
 def any_order(way, correction, mu):
     """The order in which the loop visits the nodes does not matter."""
     problem = block(friction=mu, displacement=(0.02, -0.03), columns=6, rows=3).problem
@@ -77,7 +85,13 @@ def any_order(way, correction, mu):
     return same(solution, reference), solution.residual
 
 
-@CASES.add(FAMILY, "correction {correction}, mu = {mu}", 1e-8, correction=["none", "direct", "algebraic"], mu=[None, 0.3])
+@CASES.add(
+    FAMILY,
+    "correction {correction}, mu = {mu}",
+    1e-8,
+    correction=["none", "direct", "algebraic"],
+    mu=[None, 0.3],
+)
 def any_correction(correction, mu):
     """The loop as printed gives the answer that the corrections give."""
     problem = block(friction=mu, displacement=(0.02, -0.03), columns=6, rows=3).problem

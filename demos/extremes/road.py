@@ -41,7 +41,13 @@ def away(away, mu):
     return same(solution, upright(mu)), solution.residual
 
 
-@CASES.add(FAMILY, "{away:g} lengths away, on a grid of 2^-20, mu = {mu}", 1e-9, away=[2.0**17, 2.0**20], mu=[None, 0.3])
+@CASES.add(
+    FAMILY,
+    "{away:g} lengths away, on a grid of 2^-20, mu = {mu}",
+    1e-9,
+    away=[2.0**17, 2.0**20],
+    mu=[None, 0.3],
+)
 def far_away(away, mu):
     """So far away that positions have 10 digits; nodes that these can tell exactly give the same answer."""
     scenes = [block(friction=mu, displacement=(0.02, -0.03), shift=(x, -x)) for x in (0.0, away)]
@@ -56,7 +62,9 @@ def far_away_rounded(away, mu):
     return same(solution, upright(mu)), solution.residual
 
 
-@CASES.add(FAMILY, "starting gap {gap:g}, mu = {mu}", 1e-12, gap=[0.0, 5e-324, 1e-300, 1e-100, 1e-20], mu=[None, 0.3])
+@CASES.add(
+    FAMILY, "starting gap {gap:g}, mu = {mu}", 1e-12, gap=[0.0, 5e-324, 1e-300, 1e-100, 1e-20], mu=[None, 0.3]
+)
 def hardly_a_gap(gap, mu):
     """As without."""
     scene = cylinder(displacement=(0.004, -0.01), friction=mu)
