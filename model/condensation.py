@@ -89,14 +89,15 @@ class Condensation:
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Solve the problem the loop is aimed at, from u (N, d) and status (n,), both updated in place.
 
-        Each cycle asks only for what is still missing, so that the next makes good what rounding spoilt.
+        Each cycle asks only for what is still missing, so that the next makes good what rounding spoilt, and
+        more of the small problem: what little holds a body magnifies what that one leaves.
         """
         loop = self.loop
         while not record.finished(loop.residual(u, status)):
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]
             loop.force[apart] = 0.0
-            self.improve(u, status, loop.R, 0.1 * record.tolerance, loop.force)
+            self.improve(u, status, loop.R, 0.1 ** min(1 + record.cycles, 4) * record.tolerance, loop.force)
             record.cycles += 1
 
     def improve(
