@@ -32,7 +32,7 @@ def bounce_figure(
     snapshots : dict of (N, 2)
         Displacements by time (s).
     histories : dict of History
-        By label; the first is drawn on top of the others. They have followed the point.
+        By label, one to three, which have followed the point; the first is drawn in grey below the others.
     point : str
         Name of the point; a dot in the snapshots.
     touch : float
@@ -40,12 +40,11 @@ def bounce_figure(
     title : str
         Above the axes.
     """
-    first, *others = histories
     figure = plt.figure(figsize=(10, 5.6), layout="constrained")
     halves: Any = figure.subfigures(2, 1, height_ratios=[1, 1.9])
     top, bottom = halves
     axes = top.subplots()
-    node = histories[first].points[point]
+    node = next(iter(histories.values())).points[point]
     for time, displacement in snapshots.items():
         x = body.coordinates + displacement
         polygons = x[body.cells][:, OUTLINE[body.cells.shape[1]]]
@@ -60,14 +59,12 @@ def bounce_figure(
     axes.set_ylim(-0.15, axes.get_ylim()[1] + 0.15)
     figure.suptitle(title)
     labels = {"u_y": "displacement (m)", "v_y": "velocity (m/s)", "f_y": "nodal force (N/m)"}
-    for panel, (name, label) in zip(bottom.subplots(1, 3), labels.items()):
-        for number, other in enumerate(reversed(others)):
-            history, grey = histories[other], str(0.78 - 0.3 * number)
-            panel.plot(history["time"], history[f"{name}({point})"], color=grey, linewidth=2.2, label=other)
-        history = histories[first]
-        panel.plot(history["time"], history[f"{name}({point})"], color="black", linewidth=0.9, label=first)
+    for panel, (name, ylabel) in zip(bottom.subplots(1, 3), labels.items()):
+        for label, shade, dash in zip(histories, ("0.6", "black", "0.3"), ("-", "-", "--")):
+            times, values = histories[label]["time"], histories[label][f"{name}({point})"]
+            panel.plot(times, values, color=shade, linestyle=dash, linewidth=1.1, label=label)
         panel.axvline(touch, color=LOOKS[2]["color"], linestyle=":", label=f"{touch:.3f} s, free fall")
-        panel.set(xlabel="t (s)", ylabel=label, title=f"${name[0]}_y$ of {point}")
+        panel.set(xlabel="t (s)", ylabel=ylabel, title=f"${name[0]}_y$ of {point}")
         panel.grid(color="0.9", linewidth=0.6)
     figure.legend(*panel.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     return figure
