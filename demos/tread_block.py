@@ -28,10 +28,10 @@ from matplotlib.collections import PolyCollection
 
 from forms import Anisotropic, Elasticity, Isotropic, Support
 from geometry import Body, MovingRoad, SmoothRoad, read_samples, tread_block
-from model import BodyOnRoad, ContactSolver
+from model import BodyOnRoad, ContactSolver, solve
 from model.contact_map import MARKS, contact_map
 from model.curved_road import CurvedContact
-from model.figures import COLOUR_MAP, LOOKS, OUTLINE
+from model.figures import COLOUR_MAP, LOOKS, OUTLINE, new_figure
 from model.output import Series, on_body
 from model.scene import Scene
 
@@ -172,7 +172,8 @@ right.legend(frameon=False)
 scene.figure(figure, "area_and_friction")
 
 # %% [markdown]
-# Where it sticks and slips: the body as it begins to slide, and every step drawn on the road.
+# Where it sticks and slips: the body as it begins to slide, and every step under the full load
+# drawn on the road.
 
 # %%
 begins = steps[0] + steps[1] * 3 // 8 - 1  # 1.5 mm
@@ -184,18 +185,18 @@ colours.set_array(flat.elasticity.von_mises(u))
 panels[0].add_collection(colours)
 figure.colorbar(colours, ax=panels[0], label="von Mises stress (MPa)")
 way = paths["2-D"][begins, 1]
-fine = np.linspace(-18, 20, 2000)
+fine = np.linspace(-18, 21, 2000)
 panels[0].fill_between(fine, profile.height(fine[:, None] + way), -2.0, color="0.8", linewidth=0)
 panels[1].plot(fine, profile.height(fine[:, None]), color="black")
 for kind, (colour, name) in MARKS.items():
     panels[0].plot(
         *moved[flat.nodes[in_plane[begins].status == kind]].T, "o", color=colour, markersize=4, label=name
     )
-    for row, solution in zip(paths["2-D"], in_plane):
+    for row, solution in zip(paths["2-D"][steps[0] - 1 :], in_plane[steps[0] - 1 :]):
         on_road = flat.points[:, 0] + solution.displacement[flat.problem.contact_nodes, 0] + row[1]
         here = on_road[solution.status == kind]
         panels[2].plot(here, np.full(here.shape, row[1]), ".", color=colour, markersize=5)
-panels[0].set(aspect="equal", xlim=(-18, 18), ylim=(-2, 10.5), xlabel="x (mm)", ylabel="y (mm)")
+panels[0].set(aspect="equal", xlim=(-18, 21), ylim=(-2, 10.5), xlabel="x (mm)", ylabel="y (mm)")
 panels[0].legend(frameon=False, loc="upper right")
 panels[1].set(xlim=(-16, 20), ylabel="height (mm)")
 panels[2].set(xlim=(-16, 20), xlabel="x on the road (mm)", ylabel="way of the road (mm)")
@@ -212,7 +213,28 @@ fields = {
 title = f"Two rows of three blocks after {paths['3-D'][begins, 1]:.2f} mm"
 figure = contact_map(body, "bottom", fields, spread(in_space[begins].status), 15.0, title=title)
 scene.figure(figure, "stick_and_slip_3d")
+on_road = solid.points + in_space[begins].displacement[solid.problem.contact_nodes]
+on_road[:, 0] += paths["3-D"][begins, 1]
+across = np.stack(np.meshgrid(np.linspace(-17, 19, 145), np.linspace(-12, 12, 97), indexing="ij"), axis=-1)
+heights = surface.height(across.reshape(-1, 2)).reshape(across.shape[:2])
+figure, axes = new_figure("x on the road (mm)", "y (mm)", title, (8, 5))
+shades = axes.contourf(across[..., 0], across[..., 1], heights, 12, cmap="Greys_r", alpha=0.6)
+figure.colorbar(shades, label="height of the road (mm)")
+for kind, (colour, name) in MARKS.items():
+    axes.plot(*on_road[in_space[begins].status == kind, :2].T, ".", color=colour, markersize=5, label=name)
+axes.set_aspect("equal")
+axes.legend(loc="upper right")
+scene.figure(figure, "on_the_road_3d")
 solid.write(scene.out / "tread_3d.xdmf", in_space[-1])
+
+# %% [markdown]
+# For any other solver: the tread in the plane, pressed on the planes that are nearest to its nodes at rest, which
+# is the first round of all.
+
+# %%
+first = tread(2, spacing, rubber, profile).problem
+first.b = pressure * flat.area.sum() * first.b
+first.save(scene.out / "problem.npz", solve(first, "direct"))
 
 # %%
 scene.cost(

@@ -132,14 +132,13 @@ class RoadPlanes:
         Nodes that stick are at their anchors. Touching nodes are seen from `depth` (n,) below where that
         turns the normal less.
         """
-        gap, normal, foot = self.road.closest(at)
-        sticks, touching = status == STICK, np.flatnonzero(status != FREE)
-        if touching.size == 0:
-            return gap, normal, foot
-        normal[sticks], foot[sticks] = self._anchor_normal[sticks], self.anchor[sticks]
+        n, sticks, touching = len(at), status == STICK, np.flatnonzero(status != FREE)
         seen = np.where(sticks[:, None], self.anchor, at)[touching]
         last = (self.normal - self._lean)[touching]
-        _, below, foot_below = self.road.closest(seen - depth[touching, None] * last)
+        both = self.road.closest(np.concatenate([at, seen - depth[touching, None] * last]))
+        gap, normal, foot = (values[:n] for values in both)
+        below, foot_below = both[1][n:], both[2][n:]
+        normal[sticks], foot[sticks] = self._anchor_normal[sticks], self.anchor[sticks]
         steadier = np.sum((below - last) ** 2, axis=1) < np.sum((normal[touching] - last) ** 2, axis=1)
         normal[touching[steadier]], foot[touching[steadier]] = below[steadier], foot_below[steadier]
         return gap, normal, foot
