@@ -83,12 +83,14 @@ def _block(
         raise ValueError(f"The cell type is {cell!r}; it must be {allowed[0]!r} or {allowed[1]!r}.")
     if not all(np.isfinite(x) and x > 0 for x in lengths):
         raise ValueError(f"The lengths of the sides are {lengths}; they must be positive.")
-    if not all(int(n) == n and n > 0 for n in counts):
+    if not all(n == np.floor(n) and 0 < n < np.inf for n in counts):
         raise ValueError(
             f"The numbers of cells along the sides are {counts}; they must be positive whole numbers."
         )
     if not 0 <= distortion < 0.5:
         raise ValueError(f"The distortion is {distortion}; it must be at least 0 and below 0.5.")
+    if not np.isfinite(corner).all():
+        raise ValueError(f"The corner is {corner}; it must be {dim} finite numbers.")
     lattice = np.stack(np.meshgrid(*(np.arange(n + 1) for n in counts), indexing="ij"), axis=-1)
     lattice = _first_axis_fastest(lattice)
     spacing = np.array(lengths) / np.array(counts)

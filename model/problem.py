@@ -77,7 +77,7 @@ class ContactProblem:
         self.A = bsr_array(self.A, blocksize=(d, d))
         self.A.sort_indices()
         _finite("A", self.A.data)
-        self.b = _shaped("b", self.b, (N, d))
+        self.b = shaped("b", self.b, (N, d))
         self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
         n = self.contact_nodes.size
         if n == 0:
@@ -90,7 +90,7 @@ class ContactProblem:
             or np.unique(self.contact_nodes).size < n
         ):
             raise ValueError(f"contact_nodes must name different nodes from 0 to {N - 1}, each once.")
-        self.normal = _shaped("normal", self.normal, (n, d))
+        self.normal = shaped("normal", self.normal, (n, d))
         lengths = np.linalg.norm(self.normal, axis=1)
         worst = lengths[np.argmax(np.abs(lengths - 1.0))]
         if abs(worst - 1.0) > 1e-9:
@@ -99,7 +99,7 @@ class ContactProblem:
         if self.friction is not None and not isinstance(self.friction, FrictionLaw):
             self.friction = coulomb(self.friction)
         reference = np.zeros((n, d)) if self.tangential_reference is None else self.tangential_reference
-        self.tangential_reference = _shaped("tangential_reference", reference, (n, d))
+        self.tangential_reference = shaped("tangential_reference", reference, (n, d))
         self.prolongations = tuple(csr_array(P) for P in self.prolongations)
         rows = N
         for level, P in enumerate(self.prolongations):
@@ -124,7 +124,7 @@ class ContactProblem:
         ValueError
             If a gap is not finite, or negative by more than rounding.
         """
-        gap = _shaped("gap", gap, (self.contact_nodes.size,))
+        gap = shaped("gap", gap, (self.contact_nodes.size,))
         size = np.abs(self.coordinates).max() + np.ptp(self.coordinates, axis=0).max()
         worst = int(np.argmin(gap))
         if gap[worst] < -1e-12 * size:
@@ -203,7 +203,8 @@ def _finite(name: str, values: np.ndarray) -> np.ndarray:
     return values
 
 
-def _shaped(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
+def shaped(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Return the values as finite numbers in that shape, or refuse them."""
     values = _finite(name, values)
     if values.size != np.prod(shape):
         raise ValueError(f"{name} has shape {values.shape}, but {shape} is needed.")

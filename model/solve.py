@@ -10,12 +10,13 @@ import numpy as np
 
 from .algebraic import algebraic
 from .blocks import block_matrix
+from .checks import positive
 from .condensation import Condensation
 from .departure import gap_at, missing_at, rounding_floor
 from .diagnosis import likely_causes
 from .loop import NodeLoop, length
 from .multigrid import geometric
-from .problem import ContactProblem
+from .problem import ContactProblem, shaped
 from .record import NotConverged, Record
 from .rigid_motions import Hold
 
@@ -200,21 +201,25 @@ class ContactSolver:
         NotConverged
             With residual, history and counts, if the tolerance is not reached.
         ValueError
-            If a node starts below the road, or nothing can hold the body against the load.
+            If an argument is not finite or does not fit, a node starts below the road, or nothing can hold
+            the body against the load.
         """
         began = perf_counter()
         problem, loop = self.problem, self.loop
+        positive(tolerance=tolerance, limit=limit, slip_rate=slip_rate)
         if b is None:
             b = problem.b
-        elif self._hold is not None:
-            self._hold.nodes(b)  # or refuse the load
+        else:
+            b = shaped("b", b, loop.shape)
+            if self._hold is not None:
+                self._hold.nodes(b)  # or refuse the load
         gap = self.gap if gap is None else problem.checked_gap(gap)
         if tangential_reference is None:
             tangential_reference = problem.tangential_reference
-        reference = np.asarray(tangential_reference, dtype=np.float64)
+        reference = shaped("tangential_reference", tangential_reference, loop.force.shape)
         loop.slip_rate = slip_rate
         loop.aim(b, gap, reference, self.state)
-        u = np.zeros(loop.shape) if start is None else np.array(start, dtype=np.float64).reshape(loop.shape)
+        u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = self._record(u, status, first, tolerance, limit)
