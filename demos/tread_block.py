@@ -96,14 +96,14 @@ def tread(dim, spacing, material, road, refinements=0):
     return pressed
 
 
-def press_and_drag(name, pressed, road, steps, correction="auto", on_step=None):
+def press_and_drag(name, pressed, road, steps, on_step=None):
     """Return rows of (mean pressure, way, tangential force, real area), and the solutions."""
     dim, area = pressed.points.shape[1], pressed.area.sum()
     moving = MovingRoad(road, -np.eye(dim)[0])  # its time is the way
     loads = np.linspace(0, pressure * area, steps[0] + 1)[1:]
     path = [(0.0, load) for load in loads]
     path += [(way, loads[-1]) for way in np.linspace(0, sliding, steps[1] + 1)[1:]]
-    contact = CurvedContact(ContactSolver(pressed.problem, correction), pressed.points)
+    contact = CurvedContact(ContactSolver(pressed.problem, "direct"), pressed.points)
     follow = contact.follow(moving, ((way, load * pressed.problem.b) for way, load in path), tolerance=1e-8)
     rows, solutions, off, rounds = [], [], 0.0, 0
     for (way, load), solution in zip(path, scene.progress(follow, name, len(path))):
@@ -149,9 +149,9 @@ paths["2-D, cords along x"], _ = press_and_drag("2-D cords", cords, profile, ste
 # ## In space: two rows of three blocks on a rough surface
 
 # %%
-steps_3d, correction = ((4, 6), "direct") if scene.quick else ((10, 30), "multigrid")
+steps_3d = (4, 6) if scene.quick else (10, 30)
 solid = tread(3, 2.0, rubber, surface, refinements=0 if scene.quick else 1)
-paths["3-D"], in_space = press_and_drag("3-D", solid, surface, steps_3d, correction)
+paths["3-D"], in_space = press_and_drag("3-D", solid, surface, steps_3d)
 
 # %% [markdown]
 # ## Figures

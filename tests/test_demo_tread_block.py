@@ -27,6 +27,8 @@ def test_quick_tread(tmp_path):
         "area_and_friction.png",
         "stick_and_slip_2d.png",
         "stick_and_slip_3d.png",
+        "on_the_road_3d.png",
+        "problem.npz",
         "tread.xdmf",
         "tread_3d.h5",
     ):

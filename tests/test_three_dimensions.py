@@ -4,7 +4,18 @@ import numpy as np
 import pytest
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, ExtrudedRoad, Grid, Plane, RoundRoad, box, half_ball, rectangle
+from geometry import (
+    Body,
+    ExtrudedRoad,
+    Grid,
+    LinearRoad,
+    Plane,
+    RoundRoad,
+    SmoothRoad,
+    box,
+    half_ball,
+    rectangle,
+)
 from model import ContactSolver, solve
 from model.body_on_road import BodyOnRoad
 from model.contact_loop import SLIP, STICK
@@ -133,7 +144,7 @@ def test_a_quarter_and_the_whole_agree():
     np.testing.assert_allclose(quarter.pressure(one), expected, atol=1e-5 * HERTZ.p0)
 
 
-def turned_block(angle):
+def turned_block(angle, road=UP):
     """A block pressed with friction and pushed along its own x, all of it turned about the vertical."""
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
@@ -143,7 +154,7 @@ def turned_block(angle):
     elasticity = Elasticity(body, Isotropic(10.0, NU))
     load = elasticity.total_force("top", turn @ (0.8, 0.3, -3.0))
     system = Support(body).platen("top").apply(elasticity.stiffness(), load)
-    pressed = BodyOnRoad(elasticity, system, UP, "bottom", 0.4)
+    pressed = BodyOnRoad(elasticity, system, road, "bottom", 0.4)
     return pressed, solve(pressed.problem, "direct", tolerance=1e-12), turn
 
 
@@ -158,6 +169,63 @@ def test_friction_has_no_preferred_direction():
         np.testing.assert_allclose(other.contact_force[of] @ turn, solution.contact_force, atol=1e-9)
         tangential = np.linalg.norm(other.contact_force[:, :2], axis=1)
         assert np.all(tangential <= 0.4 * other.pressure_force + 1e-12)
+
+
+def test_a_plane_given_as_a_surface_gives_the_answer_of_the_plane():
+    flat, on_plane, _ = turned_block(0.3)
+    x, y = np.array([-5.0, -0.31, 0.02, 4.0]), np.array([-4.0, 0.1, 0.7, 1.3, 5.0])
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    for road in (LinearRoad(places, 0 * places[:, 0]), SmoothRoad.through(places, 0 * places[:, 0])):
+        pressed, _, _ = turned_block(0.3, road)
+        contact = CurvedContact(ContactSolver(pressed.problem, "direct"), pressed.points)
+        solution = contact.solve(road, tolerance=1e-12)
+        assert np.array_equal(solution.status, on_plane.status)
+        scale = np.abs(on_plane.displacement).max()
+        assert np.abs(solution.displacement - on_plane.displacement).max() <= 1e-12 * scale
+        force = np.abs(on_plane.contact_force).max()
+        assert np.abs(solution.contact_force - on_plane.contact_force).max() <= 1e-11 * force
+
+
+def rough_block():
+    """A block pressed with friction on a rough surface and pushed."""
+    line = np.arange(-3.0, 3.1, 0.25)
+    places = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    heights = 0.03 * np.sin(2.3 * places[:, 0] + 1.0) * np.cos(1.9 * places[:, 1]) - 0.03
+    road = SmoothRoad.through(places, heights)
+    body = Body.from_grid(box(3.0, 2.0, 1.5, 10, 7, 5, corner=(-1.5, -1.0, 0.0)))
+    elasticity = Elasticity(body, Isotropic(10.0, NU))
+    load = elasticity.total_force("top", (0.5, 0.2, -3.0))
+    system = Support(body).platen("top").apply(elasticity.stiffness(), load)
+    pressed = BodyOnRoad(elasticity, system, road, "bottom", 0.6)
+    contact = CurvedContact(ContactSolver(pressed.problem, "direct"), pressed.points)
+    return road, pressed, contact, contact.solve(road)
+
+
+def test_nodes_end_on_a_rough_surface(tmp_path):
+    road, pressed, contact, solution = rough_block()
+    at = pressed.points + solution.displacement[pressed.problem.contact_nodes]
+    gap, normal, _ = road.closest(at)
+    touching = solution.status > 0
+    assert 5 < np.count_nonzero(touching) < touching.size
+    assert np.abs(gap[touching]).max() <= 1e-12 * 3.0
+    assert gap.min() >= -1e-12 * 3.0
+    pressure = np.sum(solution.contact_force * normal, axis=1)
+    traction = solution.contact_force - pressure[:, None] * normal
+    assert np.all(pressure >= -1e-9 * pressure.max())
+    assert np.all(np.linalg.norm(traction, axis=1) <= 0.6 * pressure + 1e-8 * pressure.max())
+    np.testing.assert_allclose(solution.contact_force.sum(axis=0), [-0.5, -0.2, 3.0], atol=1e-8)
+
+    pyvista = pytest.importorskip("pyvista")
+    pressed.write(tmp_path / "block.xdmf", solution)
+    mesh = pyvista.XdmfReader(tmp_path / "block.xdmf").read()
+    mesh = mesh[0] if isinstance(mesh, pyvista.MultiBlock) else mesh
+    place = {tuple(np.round(p, 9)): k for k, p in enumerate(np.asarray(mesh.points, dtype=float))}
+    of = [place[tuple(np.round(p, 9))] for p in pressed.points]
+    assert mesh.n_cells == 10 * 7 * 5
+    read = {name: np.asarray(mesh.point_data[name])[of] for name in mesh.point_data}
+    np.testing.assert_allclose(read["contact_pressure"], pressed.pressure(solution), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(read["contact_traction"], pressed.traction(solution), rtol=1e-9, atol=1e-12)
+    assert np.array_equal(read["status"], solution.status)
 
 
 def test_sphere_in_a_hollow_and_on_a_hill():
