@@ -3,6 +3,7 @@
 What the forms and the geometry hand to the contact loop, and what can be saved for other solvers.
 """
 
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,10 @@ from scipy.sparse import bsr_array, csr_array, issparse
 
 from .files import write_aside
 from .friction import FrictionLaw, coulomb
+
+# What reading a damaged archive may end in.
+DAMAGE = (ArithmeticError, AttributeError, BadZipFile, EOFError, LookupError, MemoryError, OSError)
+DAMAGE += (RuntimeError, SyntaxError, TypeError, ValueError, zlib.error)
 
 
 @dataclass
@@ -185,9 +190,9 @@ class ContactProblem:
                 arrays = {"b": file["load"]} | {name: file[name] for name in names}
         except FileNotFoundError:
             raise
-        except (OSError, KeyError, ValueError, BadZipFile, EOFError, TypeError, AttributeError) as error:
+        except DAMAGE as error:
             raise ValueError(
-                f"{path} is not a contact problem saved by ContactProblem.save: {error}"
+                f"{path} is not a contact problem saved by ContactProblem.save: {error}."
             ) from None
         return cls(A=A, friction=mu if mu > 0.0 else None, **arrays)
 

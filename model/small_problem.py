@@ -398,9 +398,9 @@ def newton_step(S, contact, u, status, R, force, bound, slip_rate):
     try:
         step = np.linalg.solve(J, missing)
         if np.sum((1e-13 * largest * step) ** 2) > 0.01 * np.sum(missing**2):
-            # the body falls or slides: not so far that rounding rules
+            # the body slides or falls: not so far that rounding rules
             for row in range(numbers.size):
-                J[row, row] += 1e-5 * largest
+                J[row, row] += (1e-5 if touching == status.size else 1e-9) * largest
             step = np.linalg.solve(J, missing)
     except Exception:  # no unique slip: leave it to the loop
         return
