@@ -24,6 +24,7 @@ from .record import Record
 from .small_problem import SmallProblem
 
 HARD = 1e4  # times the softest unknown
+IDLE = 25  # cycles without progress that are enough
 NOBODY = np.zeros(0, dtype=np.int64)
 MEMORY = 2**27  # bytes that whole columns of A^-1 may take
 
@@ -92,7 +93,7 @@ class Condensation:
         Each cycle asks only for what is still missing, so that the next makes good what rounding spoilt, and
         more of the small problem: what little holds a body magnifies what that one leaves.
         """
-        loop = self.loop
+        loop, record.patience = self.loop, IDLE
         while not record.finished(loop.residual(u, status)):
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]

@@ -39,6 +39,11 @@ class Record:
         Show a bar on a terminal when the solve takes over two seconds.
     causes : callable
         From the history to what may have gone wrong, for the message of NotConverged.
+
+    Attributes
+    ----------
+    patience : int
+        Residual tests without progress that are enough; fewer for a correction that is exact.
     """
 
     tolerance: float
@@ -51,6 +56,7 @@ class Record:
     began: float = field(default_factory=perf_counter)
     best: float = np.inf
     idle: int = 0
+    patience: int = IDLE
 
     def __post_init__(self) -> None:
         """Open the bar, unseen for two seconds and wherever the output is not a terminal."""
@@ -64,7 +70,7 @@ class Record:
         Raises
         ------
         NotConverged
-            If the residual is not a number, the limit is reached, or it has not fallen for IDLE tests.
+            If the residual is not a number, the limit is reached, or it has not fallen for `patience` tests.
         """
         self.history.append(residual)
         self.idle += 1
@@ -79,8 +85,8 @@ class Record:
             self.give_up("the numbers overflowed: scale the units or check the matrix")
         if len(self.history) > self.limit:
             self.give_up(f"the limit of {self.limit} residual tests was reached")
-        if self.idle >= IDLE:
-            self.give_up(f"the residual has not fallen for {IDLE} tests")
+        if self.idle >= self.patience:
+            self.give_up(f"the residual has not fallen for {self.patience} tests")
         return False
 
     def give_up(self, why: str) -> None:
