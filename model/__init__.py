@@ -7,6 +7,7 @@ from .contact_stabilised import ContactStabilised
 from .friction import FrictionLaw, coulomb, friction_law, static_kinetic, stribeck, viscous
 from .generalised_alpha import HHT, GeneralisedAlpha
 from .history import History
+from .linear_limits import BeyondLinear, linear_limits
 from .load_path import follow
 from .march import march
 from .mass_redistribution import MassRedistribution
@@ -19,6 +20,7 @@ from .solve import ContactSolver, Solution, solve
 
 __all__ = [
     "HHT",
+    "BeyondLinear",
     "BodyOnRoad",
     "CentralDifferences",
     "ContactProblem",
@@ -36,6 +38,7 @@ __all__ = [
     "coulomb",
     "follow",
     "friction_law",
+    "linear_limits",
     "load_checkpoint",
     "march",
     "save_checkpoint",

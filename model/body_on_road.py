@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from .friction import FrictionLaw
+from .linear_limits import linear_limits
 from .problem import ContactProblem
 from .solve import Solution
 
@@ -91,7 +92,14 @@ class BodyOnRoad:
         )
 
     def pressure(self, solution: Solution) -> np.ndarray:
-        """Return the pressure (n,) at the candidates, lumped: nodal force over area (MPa)."""
+        """Return the pressure (n,) at the candidates, lumped: nodal force over area (MPa).
+
+        Warns
+        -----
+        BeyondLinear
+            Where strains or rotations are beyond what linear strain is true to, with the numbers.
+        """
+        linear_limits(self.elasticity.gradient(self.displacement(solution)))
         return solution.pressure_force / self.area
 
     def traction(self, solution: Solution) -> np.ndarray:

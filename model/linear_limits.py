@@ -41,6 +41,6 @@ def linear_limits(gradient: np.ndarray) -> tuple[float, float]:
             f"The largest strain is {strain:.2g} and the largest rotation {rotation:.2g} rad, but linear "
             f"strain is true only well below {STRAIN} and {ROTATION}: this is the linear model's answer.",
             BeyondLinear,
-            stacklevel=2,
+            stacklevel=3,
         )
     return strain, rotation

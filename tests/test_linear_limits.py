@@ -5,8 +5,9 @@ import warnings
 import numpy as np
 import pytest
 
-from forms import Elasticity, Isotropic
-from geometry import Body, box, rectangle
+from forms import Elasticity, Isotropic, Support
+from geometry import Body, Plane, box, rectangle
+from model import BodyOnRoad, solve
 from model.linear_limits import BeyondLinear, linear_limits
 
 
@@ -27,3 +28,17 @@ def test_strain_and_rotation_by_their_formulas(grid):
         linear_limits(elasticity.gradient(10 * stretched))
     with pytest.warns(BeyondLinear, match="largest rotation 0.4 rad"):
         linear_limits(elasticity.gradient(10 * turned))
+
+
+def test_pressures_beyond_the_limits_come_with_a_warning():
+    body = Body.from_grid(rectangle(2.0, 1.0, 4, 2))
+    elasticity = Elasticity(body, Isotropic(1.0, 0.0))
+    for strain in (0.01, 0.2):
+        load = elasticity.total_force("top", (0.0, -2.0 * strain))
+        system = Support(body).platen("top").fix("top", x=0.0).apply(elasticity.stiffness(), load)
+        pressed = BodyOnRoad(elasticity, system, Plane(), "bottom")
+        solution = solve(pressed.problem)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            assert pressed.pressure(solution) == pytest.approx(strain)
+        assert [w.category for w in said] == [BeyondLinear] * (strain > 0.05)
