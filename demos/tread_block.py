@@ -163,7 +163,8 @@ for look, (name, rows) in zip(LOOKS, paths.items(), strict=False):
     left.plot(
         np.append(0, pressing[:, 0]), np.append(0, pressing[:, 3]), label=name, markerfacecolor="none", **look
     )
-    right.plot(dragging[:, 1], dragging[:, 2], label=name, markerfacecolor="none", **look)
+    few = max(1, len(dragging) // 12)
+    right.plot(dragging[:, 1], dragging[:, 2], label=name, markerfacecolor="none", markevery=few, **look)
 left.set(xlabel="mean pressure (MPa)", ylabel="real contact area (of the blocks)")
 right.set(xlabel="way of the road (mm)", ylabel="tangential force (of the load)")
 right.axhline(mu, color="0.5", linestyle=":", label="mu")
@@ -223,7 +224,7 @@ figure.colorbar(shades, label="height of the road (mm)")
 for kind, (colour, name) in MARKS.items():
     axes.plot(*on_road[in_space[begins].status == kind, :2].T, ".", color=colour, markersize=5, label=name)
 axes.set_aspect("equal")
-axes.legend(loc="upper right")
+axes.legend(loc="lower left")
 scene.figure(figure, "on_the_road_3d")
 solid.write(scene.out / "tread_3d.xdmf", in_space[-1])
 
