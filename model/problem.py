@@ -16,8 +16,8 @@ from .files import write_aside
 from .friction import FrictionLaw, coulomb
 
 # What reading a damaged archive may end in.
-DAMAGE = (ArithmeticError, AttributeError, BadZipFile, EOFError, LookupError, MemoryError, OSError)
-DAMAGE += (RuntimeError, SyntaxError, TypeError, ValueError, zlib.error)
+DAMAGE: tuple[type[Exception], ...] = (ArithmeticError, AttributeError, BadZipFile, EOFError, LookupError)
+DAMAGE += (MemoryError, OSError, RuntimeError, SyntaxError, TypeError, ValueError, zlib.error)
 
 
 @dataclass

@@ -126,8 +126,8 @@ MOVING = {
     "density": Powers(-3, 3),
     "speed": Between(-3.0, 3.0),
     "falls": Between(-3.0, 1.0),
-    "around": OneOf((8, 12, 16)),
-    "inner": Between(0.1, 0.45),
+    "around": OneOf((12, 16, 24)),
+    "inner": Between(0.1, 0.4),
     "mu": MU,
     "damping": OneOf((None, (0.0, 1e-3), (1.0, 0.0))),
 }
@@ -135,7 +135,7 @@ MOVING = {
 
 def motion_error(*, name, dt, E, nu, density, speed, falls, around, inner, mu, damping):
     """Error of a ring thrown on the road, by the books of energy and momentum."""
-    body = Body.from_grid(ring(0.5, inner, around, 1))
+    body = Body.from_grid(ring(0.5, inner, around, 3))
     elasticity = Elasticity(body, Isotropic(E, nu))
     load = elasticity.body_force((0.0, -9.81 * density))
     moving = MovingBody.from_forms(elasticity, density, load, Plane(), "outer", damping=damping, friction=mu)
