@@ -3,6 +3,10 @@
 An integrator by itself takes the road for the planes at the nodes as the step begins; that is exact on a flat
 road, and off it by curvature times way squared on another. `on_curved_road` gives any of them rounds like
 those of `CurvedContact`, so that every node that touches ends the step on the road.
+
+The schemes built on the midpoint rule gain no energy on a road that bends either, since their forces work on
+the change of the gap alone (see `model.road_planes`): mass redistribution to the last digit, contact-stabilised
+Newmark but for a remainder of fourth order in dt, from its projection, which does not know where the step ends.
 """
 
 from dataclasses import replace
