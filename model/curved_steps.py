@@ -4,9 +4,10 @@ An integrator by itself takes the road for the planes at the nodes as the step b
 road, and off it by curvature times way squared on another. `on_curved_road` gives any of them rounds like
 those of `CurvedContact`, so that every node that touches ends the step on the road.
 
-The schemes built on the midpoint rule gain no energy on a road that bends either, since their forces work on
-the change of the gap alone (see `model.road_planes`): mass redistribution to the last digit, contact-stabilised
-Newmark but for a remainder of fourth order in dt, from its projection, which does not know where the step ends.
+The schemes built on the midpoint rule gain no energy on a road that bends either, since their forces work
+on the change of the gap alone (see `model.road_planes`): mass redistribution to the last digit, and
+contact-stabilised Newmark but for a remainder, from its projection, which does not know where the step ends;
+it falls more than tenfold when dt is halved.
 """
 
 from dataclasses import replace
