@@ -190,7 +190,7 @@ for name, ride in rides.items():
 # Of the outer nodes from the first touch on, the motion as a rigid body taken out. The plane road strikes the
 # ring, and it rings in its modes; the rough road shakes it besides, at the frequencies v / wavelength, in grey, and
 # above, since touching and letting go are sudden. With half the time step the spectra are the same up to about
-# 100 Hz; above, they differ from wave to wave, but not in their level.
+# 80 Hz; above, they differ from wave to wave, but not in their level.
 
 # %%
 spectra = {name: ride.spectrum() for name, ride in rides.items()}
@@ -214,7 +214,7 @@ for look, (name, (frequency, power)) in zip(LOOKS, spectra.items()):
         frequency[1:], power[1:], label=name, color=look["color"], linestyle=look["linestyle"], linewidth=1.2
     )
 axes.set(xlim=(4, 400), ylim=(2e-5, 0.3))
-axes.legend(frameon=False, fontsize="small")
+axes.legend(framealpha=1.0, fontsize="small", loc="lower left")
 scene.figure(figure, "spectrum")
 
 # %% [markdown]
