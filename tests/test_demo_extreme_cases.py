@@ -14,7 +14,7 @@ DEMO = Path(__file__).parents[1] / "demos" / "extreme_cases.py"
 @pytest.fixture(scope="module")
 def out(tmp_path_factory):
     folder = tmp_path_factory.mktemp("extreme")
-    subprocess.run([sys.executable, DEMO, "--quick", "--out", folder], check=True, cwd=folder)
+    subprocess.run([sys.executable, DEMO, "--quick", "--out", folder], check=True, cwd=folder, timeout=900)
     return folder / "extreme_cases"
 
 
