@@ -418,7 +418,7 @@ def solve_small(arrays, contact, b, u, status, force, bound, slip_rate, toleranc
     hold_sticking(contact, u, status)
     best, rounding = judge(S, contact, b, u, status, R, force, bound, slip_rate)
     trial, trial_status, before = np.empty_like(u), np.empty_like(status), np.empty_like(status)
-    sweeps, idle = 1, 0
+    sweeps, idle, lowest = 1, 0, best  # a sweep may undo what Newton steps have done, and they do it again
     while best > max(tolerance, min(rounding, 1e-8)) and idle < PATIENCE:
         trial[:], trial_status[:], after = u, status, best
         for _ in range(CHAIN):
@@ -434,7 +434,8 @@ def solve_small(arrays, contact, b, u, status, force, bound, slip_rate, toleranc
             if after < best:
                 break
         if after < best:
-            idle = 0 if after < 0.5 * best else idle + 1
+            idle = 0 if after < 0.5 * lowest else idle + 1
+            lowest = min(after, lowest)
             u[:], status[:], best, rounding, sweeps = trial, trial_status, after, trial_rounding, 1
             continue
         idle += 1
