@@ -168,7 +168,7 @@ def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed
     Raises
     ------
     ValueError
-        If no other node is left.
+        If no other node is left, or too few to carry mass, centre and moments of inertia.
     """
     N, d = coordinates.shape
     if np.unique(nodes).size == N:
@@ -185,13 +185,20 @@ def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed
     for _ in range(50):
         scaled = A @ (np.repeat(s, d)[:, None] * motions)
         missing = wanted - ((np.repeat(s, d)[:, None] * motions).T @ scaled)[upper]
-        if np.abs(missing).max() < 1e-15 * np.abs(wanted).max():
+        off = float(np.abs(missing).max() / np.abs(wanted).max())
+        if off < 1e-15:
             break
         columns = []
         for shape in shapes.T:
             half = (np.repeat(shape, d)[:, None] * motions).T @ scaled
             columns.append((half + half.T)[upper])
         s += shapes @ np.linalg.lstsq(np.stack(columns, axis=1), missing)[0]
+    if not off < 1e-10:
+        raise ValueError(
+            f"The mass of the {np.unique(nodes).size} nodes that may touch finds no place in the other "
+            f"{np.count_nonzero(layer)}: mass or moments of inertia stay off by {off:.1e}; "
+            "give the body three cells or more across, or name fewer contact nodes."
+        )
     S = diags_array(np.repeat(s, d))
     return bsr_array(S @ A @ S, blocksize=(d, d))
 

@@ -11,6 +11,7 @@ from model import (
     CentralDifferences,
     ContactProblem,
     GeneralisedAlpha,
+    MassRedistribution,
     MovingBody,
     Newmark,
     UnresolvedWaves,
@@ -248,3 +249,9 @@ def test_supports_and_loads_that_change():
             assert np.abs(history["gain"] - history["own"]).max() < 1e-15
             assert history["gain"].max() < 1e-15
         assert history["load_work"][-1] != 0.0
+
+
+def test_mass_that_finds_no_place_inside_is_refused():
+    moving, _ = bouncing_ring(around=24, across=2)
+    with pytest.raises(ValueError, match="finds no place in the other 48"):
+        MassRedistribution(moving, 0.01)
