@@ -174,12 +174,21 @@ def length(x: np.ndarray) -> float:
 
 
 def place_on_road(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
-    """Put whatever is below the road back on it after a correction of u (N, d), where it may slip.
+    """Put whatever is below the road back on it after a correction of u (N, d), to stick or to slip.
 
-    The loop decides later who sticks: a node pulled to where it would stick, if it does not, disturbs its
-    surroundings more than the correction has mended. The status (n,) is updated in place.
+    As in the loop, what a node's own stiffness makes of the way back decides: a node drawn from afar to where
+    it would stick, if it then slips, disturbs its surroundings more than the correction has mended. The
+    status (n,) is updated in place.
     """
+    gap = loop.contact.gap + np.einsum("ca,ca->c", loop.frame[:, 0], u[loop.nodes])
     place_all_on_surface(loop.contact, u, status)
+    back = np.flatnonzero((gap < 0.0) & (status == SLIP))
+    if loop.friction is not None and back.size:
+        way = loop.sticking_place(back) - u[loop.nodes[back]]
+        way -= gap[back, None] * loop.frame[back, 0]
+        force = np.einsum("cab,cbe,ce->ca", loop.block[back], loop.frame[back], way)
+        bound = loop.friction.coefficient * force[:, 0]
+        status[back[np.linalg.norm(force[:, 1:], axis=1) <= bound]] = STICK
     loop.hold_sticking(u, status)
 
 
