@@ -17,7 +17,7 @@ def test_quick_demo(tmp_path):
     assert results["cycles_over_frictionless"] <= 2.0
     assert results["order_in_h[tau (L2)]"] > 1.0
     assert results["error_of_ten_steps[u (energy norm)]"] < 0.005
-    assert 0.0 < results["order_in_steps[u (energy norm)]"]
+    assert results["order_in_steps[u (energy norm)]"] > 0.0
     ratios = [value for key, value in results.items() if key.startswith("c_over_a[")]
     assert len(ratios) == 6
     assert all(abs(ratio / 0.941 - 1) < 0.09 for ratio in ratios)  # Spence, within a node of this mesh
