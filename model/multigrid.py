@@ -42,7 +42,6 @@ from .rigid_motions import nodes_that_hold, spread_candidates
 PATIENCE = 8  # rounds in which the residual need not fall
 KRYLOV = 30  # cycles in one correction at most
 GUESSES = 30  # rounds on a coarser mesh at most
-HAIR = 1e-10  # of the diagonal of the coarsest matrix
 NESTED = 1e-1  # natural residual to which coarser meshes solve for a first guess
 
 
@@ -410,8 +409,7 @@ class CoarserMesh:
             np.diff(at_candidates.indptr) == 1
         )  # candidates kept by the coarser mesh
         nodes = at_candidates[self.copies].indices
-        A = levels[1].A if len(weights) > 1 else stiffened(levels[1].A)
-        self.loop = loop = NodeLoop(A, nodes, fine.frame[self.copies, 0], fine.friction)
+        self.loop = loop = NodeLoop(levels[1].A, nodes, fine.frame[self.copies, 0], fine.friction)
         copies = np.flatnonzero(np.diff(weights[0].indptr) == 1)
         self.coordinates = np.zeros((loop.shape[0], coordinates.shape[1]))
         self.coordinates[weights[0][copies].indices] = coordinates[copies]
@@ -470,18 +468,6 @@ class CoarserMesh:
         stuck = self.weights @ (touching == STICK).astype(float) > 1.0 - 1e-9
         status[:] = np.where(self.between & (arrived == 0.0), np.where(stuck, STICK, SLIP), FREE)
         place_on_road(fine, u, status)
-
-
-def stiffened(A: BlockMatrix) -> BlockMatrix:
-    """Return A with a hair of stiffness on its diagonal.
-
-    Rounding in the products that made a coarse A can push as well as pull; what nothing holds yet must fall
-    as it is loaded.
-    """
-    data, diagonal = A.data.copy(), diagonal_positions(A)
-    own = np.einsum("iaa->ia", data[diagonal])
-    data[diagonal] += HAIR * own[:, :, None] * np.eye(data.shape[1])
-    return A._replace(data=data)
 
 
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], coordinates: np.ndarray) -> Multigrid:
