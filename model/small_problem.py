@@ -399,8 +399,9 @@ def newton_step(S, contact, u, status, R, force, bound, slip_rate):
         step = np.linalg.solve(J, missing)
         if np.sum((1e-13 * largest * step) ** 2) > 0.01 * np.sum(missing**2):
             # the body slides or falls: not so far that rounding rules
+            slides = touching == status.size or (touching > 1 and not np.any(status == STICK))
             for row in range(numbers.size):
-                J[row, row] += (1e-5 if touching == status.size else 1e-9) * largest
+                J[row, row] += (1e-5 if slides else 1e-9) * largest
             step = np.linalg.solve(J, missing)
     except Exception:  # no unique slip: leave it to the loop
         return

@@ -184,7 +184,7 @@ class StepSolver:
         residual = loop.residual(e, status)
         if not residual <= self.tolerance:
             first, scale = loop.sweeps, loop.load_size + float(np.linalg.norm(loop.force))
-            rounding = 2e-15 * np.abs(loop.A.data).max() * float(np.linalg.norm(e)) / (scale or 1.0)
+            rounding = 5e-16 * np.abs(loop.A.data).max() * float(np.linalg.norm(e)) / (scale or 1.0)
             record = Record(max(self.tolerance, rounding), LIMIT, lambda: loop.sweeps - first, False)
             correction.solve(e, status, record)
             residual, cycles = record.history[-1], record.cycles
