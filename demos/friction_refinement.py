@@ -218,14 +218,5 @@ pressed = pressed_cylinder(3)
 pressed.problem.tangential_reference = before.displacement[pressed.problem.contact_nodes]
 pressed.problem.save(scene.out / "problem.npz", last)
 pressed.write(scene.out / "pressed.xdmf", last)
-scene.cost(
-    dofs=pressed.problem.b.size,
-    contact_candidates=pressed.problem.contact_nodes.size,
-    sweeps=last.sweeps,
-    cycles=last.cycles,
-    work_units=last.work_units,
-    assembly_seconds=assembly_seconds,
-    solve_seconds=last.seconds,
-    residual=last.residual,
-)
+scene.cost(**last.cost(), assembly_seconds=assembly_seconds)
 scene.finish()

@@ -280,14 +280,5 @@ figure = convergence_figure(
 scene.figure(figure, "hertz_model_error")
 
 # %%
-scene.cost(
-    dofs=pressed.problem.b.size,
-    contact_candidates=pressed.problem.contact_nodes.size,
-    sweeps=solution.sweeps,
-    cycles=solution.cycles,
-    work_units=solution.work_units,
-    assembly_seconds=assembly_seconds,
-    solve_seconds=solution.setup_seconds + solution.seconds,
-    residual=solution.residual,
-)
+scene.cost(**solution.cost(), assembly_seconds=assembly_seconds)
 scene.finish()

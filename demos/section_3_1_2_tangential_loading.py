@@ -154,14 +154,5 @@ picture = stick_slip_figure(x, abs(tau), mu * p, theory, sticks, hertz.a, title=
 scene.figure(picture, "uncoupled")
 
 # %%
-scene.cost(
-    dofs=rough.problem.b.size,
-    contact_candidates=rough.problem.contact_nodes.size,
-    sweeps=last.sweeps,
-    cycles=last.cycles,
-    work_units=last.work_units,
-    assembly_seconds=assembly_seconds,
-    solve_seconds=last.seconds,
-    residual=last.residual,
-)
+scene.cost(**last.cost(), assembly_seconds=assembly_seconds)
 scene.finish()

@@ -231,14 +231,5 @@ rubbing.write(scene.out / "sphere.xdmf", slipped)
 found[2][1].problem.save(scene.out / "problem.npz", found[2][2])
 
 # %%
-scene.cost(
-    dofs=dofs,
-    contact_candidates=pressed.problem.contact_nodes.size,
-    sweeps=solution.sweeps,
-    cycles=solution.cycles,
-    work_units=solution.work_units,
-    assembly_seconds=assembly_seconds,
-    solve_seconds=solution.setup_seconds + solution.seconds,
-    residual=solution.residual,
-)
+scene.cost(**solution.cost(), assembly_seconds=assembly_seconds)
 scene.finish()

@@ -69,6 +69,18 @@ class Solution:
     setup_seconds: float
     peak_memory: int
 
+    def cost(self) -> dict[str, float]:
+        """Return what the solve cost, set-up included, for `Scene.cost`."""
+        return {
+            "dofs": self.displacement.size,
+            "contact_candidates": self.status.size,
+            "sweeps": self.sweeps,
+            "cycles": self.cycles,
+            "work_units": self.work_units,
+            "solve_seconds": self.setup_seconds + self.seconds,
+            "residual": self.residual,
+        }
+
 
 class Relaxation:
     """The correction `none`: the paper's loop as printed."""
