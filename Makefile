@@ -8,7 +8,7 @@ demos: .venv/ready
 	set -e; for demo in demos/*.py; do .venv/bin/python "$$demo"; done
 
 test: .venv/ready
-	.venv/bin/python -m pytest -n 2
+	.venv/bin/python -m pytest -n 2 --dist worksteal
 
 lint: .venv/ready
 	.venv/bin/ruff check
