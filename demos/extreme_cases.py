@@ -122,7 +122,7 @@ scene.result("random_wrong", len(faults), "1", 0.0, "every scene right, every in
 # pressure oscillates. One dilatation a cell (B-bar) is the remedy.
 
 # %%
-for nu in RATIOS:
+for nu in RATIOS[:3]:
     for remedy, name in ((False, "plain"), (True, "one dilatation a cell")):
         error, residual = against_hertz(nu, remedy)
         scene.result(f"error_against_hertz[nu={nu:g}, {name}]", error, "1", 0.0, "p0, and p in L2, E*")
