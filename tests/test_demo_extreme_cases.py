@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-# Right on the pinned wheels; on Debian 13, whose libraries round otherwise, the first does not converge, and says
-# so, and the others are off by a fifth more than they may be. The README says it too.
+# Right on the pinned wheels; on Debian 13, whose libraries round otherwise, the first does not converge, and
+# says so, and the others are off by a fifth more than they may be. The README says it too.
 MISSED_ELSEWHERE = {
     "Hertz, nu = 0.499999, one dilatation a cell",
     "patch test, nu = 0.499999, one dilatation a cell: False",
