@@ -4,8 +4,11 @@
 export OMP_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 
+# The sections of the paper come first. OPTIONS=--quick runs each demo in its quick form.
+SECTIONS = $(sort $(wildcard demos/section_*.py))
 demos: .venv/ready
-	set -e; for demo in demos/*.py; do .venv/bin/python "$$demo"; done
+	set -e; for demo in $(SECTIONS) $(filter-out $(SECTIONS), $(sort $(wildcard demos/*.py))); do \
+		.venv/bin/python "$$demo" $(OPTIONS); done
 
 test: .venv/ready
 	.venv/bin/python -m pytest -n 2 --dist worksteal

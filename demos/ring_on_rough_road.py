@@ -40,7 +40,7 @@ from model import (
 )
 from model.contact_map import MARKS
 from model.curved_steps import on_curved_road
-from model.figures import COLOUR_MAP, LOOKS, OUTLINE, new_figure
+from model.figures import COLOUR_MAP, LOOKS, new_figure, outlines
 from model.motion_figures import ledger_figure
 from model.moving_body import RigidPart
 from model.output import Series, on_body
@@ -234,7 +234,7 @@ for time, u in pictures.items():
     moved = body.coordinates + u
     way.add_collection(
         PolyCollection(
-            list(moved[body.cells][:, OUTLINE[4]]), facecolor="white", edgecolor="0.4", linewidth=0.1
+            list(moved[outlines(body.cells)]), facecolor="white", edgecolor="0.4", linewidth=0.1
         )
     )
     way.plot(*moved[ride.history.points["A"]], "o", color=LOOKS[2]["color"], markersize=3)
@@ -242,7 +242,7 @@ for time, u in pictures.items():
 way.set(xlim=(fine[0], fine[-1]), ylim=(-0.1, 1.9))
 moved = body.coordinates + pressed.displacement
 cells = PolyCollection(
-    list(moved[body.cells][:, OUTLINE[4]]), cmap=COLOUR_MAP, edgecolor="0.3", linewidth=0.2
+    list(moved[outlines(body.cells)]), cmap=COLOUR_MAP, edgecolor="0.3", linewidth=0.2
 )
 cells.set_array(ride.elasticity.von_mises(pressed.displacement))
 close.add_collection(cells)

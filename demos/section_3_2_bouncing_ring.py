@@ -31,17 +31,7 @@ import numpy as np
 
 from forms import Elasticity, Isotropic
 from geometry import Body, Plane, ring
-from model import (
-    HHT,
-    ContactStabilised,
-    GeneralisedAlpha,
-    History,
-    MassRedistribution,
-    MovingBody,
-    Newmark,
-    UnresolvedWaves,
-    march,
-)
+from model import ContactStabilised, History, MovingBody, Newmark, UnresolvedWaves, march
 from model.figures import convergence_figure
 from model.ledger import total_energy
 from model.linear_cost import beside_linear, run_seconds
@@ -49,6 +39,7 @@ from model.motion_figures import bounce_figure, film, force_figure, ledger_figur
 from model.moving_body import RigidPart
 from model.output import Series, on_body
 from model.scene import Scene
+from model.schemes import IMPLICIT
 from model.step_problem import save_step
 
 scene = Scene("section_3_2_bouncing_ring", "A ring that bounces, with its energy accounted for.")
@@ -57,14 +48,6 @@ scene.left_out("C", "gmsh", "pyvista")
 h, gravity, speed = 0.5, 9.81, 10.0
 FALL = np.sqrt(2 * h / gravity)
 KINETIC = 0.5 * np.pi * (0.5**2 - 0.2**2) * speed**2
-SCHEMES = {
-    "Newmark": Newmark,
-    "HHT": lambda body, dt: HHT(body, dt, alpha=0.1),
-    "generalised alpha": lambda body, dt: GeneralisedAlpha(body, dt, rho=0.8),
-    "contact-stabilised": ContactStabilised,
-    "mass redistribution": MassRedistribution,
-}
-CONVERGED = "contact-stabilised, 2,304 quads, dt = 0.625 ms"
 assembly_seconds = 0.0
 
 
@@ -99,7 +82,7 @@ def recorded(name, mu, path=None):
     """Run to 1.3 s and yield each state; what is worth knowing is kept in `runs`, `spin` and `bent`."""
     global bent
     body, _, moving, velocity = bodies[mu]
-    scheme = SCHEMES[name](moving, 0.01)
+    scheme = IMPLICIT[name](moving, 0.01)
     first = scheme.start(velocity=velocity)
     runs[name, mu] = history = History(scheme, first, {"A": body.nearest_node((0.0, h))}, path)
     rigid, pressed = RigidPart(moving.M, moving.coordinates), first
@@ -152,7 +135,7 @@ scene.figure(ledger_figure({f"$\\mu$ = {mu:g}": runs["Newmark", mu] for mu in (0
 # %%
 warnings.simplefilter("ignore", UnresolvedWaves)  # has been said, with its numbers, by the runs above
 for mu in (0.0, 0.1):
-    for name in list(SCHEMES)[1:]:
+    for name in list(IMPLICIT)[1:]:
         for _ in recorded(name, mu):
             pass
         runs[name, mu].write(scene.out / f"history_mu={mu:g}_{name.replace(' ', '_')}.csv")
@@ -160,14 +143,14 @@ for number, mu in {8: 0.0, 9: 0.1}.items():
     title = f"Bouncing ring, $\\mu$ = {mu:g}, dt = 0.01 s; snapshots by Newmark's method"
     both = {name: runs[name, mu] for name in ("Newmark", "mass redistribution")}
     scene.figure(bounce_figure(body, pictures[mu], both, "A", FALL, title), f"figure_{number}")
-    scene.figure(force_figure({name: runs[name, mu] for name in SCHEMES}), f"contact_force_mu={mu:g}")
+    scene.figure(force_figure({name: runs[name, mu] for name in IMPLICIT}), f"contact_force_mu={mu:g}")
 for (name, mu), run in runs.items():
     key = f"mu={mu:g}" + ("" if name == "Newmark" else f",{name}")
     bounces = run.bounces(apart=0.05)
     touch, force = run["time"][np.argmax(run["f_y(A)"] > 0)], "N/m, nodal force"
     scene.result(f"first_touch[{key}]", touch, "s", FALL, "sqrt(2 h / g); the step after it")
     scene.result(f"first_touch_within_step[{key}]", run.touches("A")[0], "s", FALL, "sqrt(2 h / g)")
-    scene.result(f"second_touch[{key}]", bounces[1][0], "s", {0.0: 1.022, 0.1: 0.966}[mu], CONVERGED)
+    scene.result(f"second_touch[{key}]", bounces[1][0], "s", None, "the paper: earlier with friction")
     again = sum(again for *_, again in bounces)
     scene.result(f"spurious_releases[{key}]", again, "1", 0, "the ring bounces once")
     gain, unit = run["gain"].max(), "of the initial kinetic energy"
@@ -204,7 +187,7 @@ scene.result("steps_per_wave_period", both[0].resolution.fewest, "1", 10, "what 
 # %%
 def run(name, moving, velocity, dt):
     """Run for 1 s without friction; return heights of A, what became of the energy, and run time."""
-    scheme, A = SCHEMES[name](moving, dt), np.argmin(moving.coordinates[:, 1])
+    scheme, A = IMPLICIT[name](moving, dt), np.argmin(moving.coordinates[:, 1])
     state = scheme.start(velocity=velocity)
     heights, seconds, before = [], scheme.setup_seconds, total_energy(scheme, state)
     for _ in range(100):
@@ -215,13 +198,13 @@ def run(name, moving, velocity, dt):
 
 
 steps = (0.01, 0.005, 0.0025) if scene.quick else (0.01, 0.005, 0.0025, 0.00125, 0.000625)
-stabilised = list(SCHEMES)[3:]
+stabilised = list(IMPLICIT)[3:]
 rings = [launched(refinements=level) for level in ((0,) if scene.quick else (0, 1, 2))]
 reference, *_ = run("contact-stabilised", *rings[-1][2:], steps[-1] / 2)
 scene.result("u_y(A)[t=1,reference]", reference[-1], "m", None, "contact-stabilised, finest")
 errors, seconds, last = {"energy": {}, "height of A": {}}, {}, {}
 for body, _, moving, velocity in rings:
-    for name in SCHEMES if body is not rings[-1][0] or scene.quick else ["Newmark", *stabilised]:
+    for name in IMPLICIT if body is not rings[-1][0] or scene.quick else ["Newmark", *stabilised]:
         label = f"{name}, {len(body.cells)} quads"
         found = [run(name, moving, velocity, dt) for dt in scene.progress(steps, label)]
         errors["energy"][label], seconds[label] = ([values[k] for values in found] for k in (1, 2))
@@ -256,9 +239,8 @@ if not scene.quick:
         fine = History(scheme, first)
         for _ in march(scheme, first, 1700, fine):
             pass
-        scene.result(
-            f"second_touch[mu={mu:g},converged]", fine.bounces(apart=0.05)[1][0], "s", None, CONVERGED
-        )
+        how = "contact-stabilised, 2,304 quads, dt = 0.625 ms"
+        scene.result(f"second_touch[mu={mu:g},converged]", fine.bounces(apart=0.05)[1][0], "s", None, how)
 
 # %% [markdown]
 # ## What contact costs

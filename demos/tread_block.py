@@ -31,7 +31,7 @@ from geometry import Body, MovingRoad, SmoothRoad, read_samples, tread_block
 from model import BodyOnRoad, ContactSolver, solve
 from model.contact_map import MARKS, contact_map
 from model.curved_road import CurvedContact
-from model.figures import COLOUR_MAP, LOOKS, OUTLINE, new_figure
+from model.figures import COLOUR_MAP, LOOKS, new_figure, outlines
 from model.output import Series, on_body
 from model.scene import Scene
 
@@ -181,7 +181,7 @@ begins = steps[0] + steps[1] * 3 // 8 - 1  # 1.5 mm
 body, u = flat.elasticity.body, flat.displacement(in_plane[begins])
 moved = body.coordinates + u
 figure, panels = plt.subplots(3, 1, figsize=(8, 8), layout="constrained", height_ratios=[4, 1, 4])
-colours = PolyCollection(list(moved[body.cells][:, OUTLINE[4]]), cmap=COLOUR_MAP, edgecolor="face")
+colours = PolyCollection(list(moved[outlines(body.cells)]), cmap=COLOUR_MAP, edgecolor="face")
 colours.set_array(flat.elasticity.von_mises(u))
 panels[0].add_collection(colours)
 figure.colorbar(colours, ax=panels[0], label="von Mises stress (MPa)")

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.sparse import bsr_array, csc_array, diags_array
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from .blocks import REORDER_SUMS
 from .contact_loop import FREE, STICK, place_all_on_surface
@@ -65,9 +65,7 @@ class Condensation:
             springs = np.zeros((N, d))
             springs[loop.nodes] = self.springs
             matrix = csc_array(matrix + diags_array(springs.ravel()))
-        self.factor = splu(
-            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        self.factor = factorised(matrix)
         # whole columns spare a back-substitution a step; large problems keep the rows of the candidates only
         self._whole = 8 * N * d * n * d <= MEMORY
         self._row = loop.nodes if self._whole else np.arange(n)  # of each candidate in the columns, in nodes
@@ -193,6 +191,11 @@ class Condensation:
     def turn(self) -> None:
         """Follow the loop's new normals."""
         self._active = NOBODY
+
+
+def factorised(A: csc_array) -> SuperLU:
+    """Factorise a symmetric positive definite matrix, its pivots on the diagonal."""
+    return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
 @njit(cache=True, error_model="numpy")

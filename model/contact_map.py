@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from .contact_loop import SLIP, STICK
-from .figures import COLOUR_MAP, OUTLINE
+from .figures import COLOUR_MAP, outlines
 
 MARKS = {STICK: ("black", "stick"), SLIP: ("tab:orange", "slip")}
 
@@ -46,8 +46,7 @@ def contact_map(
     title : str
         Above the maps.
     """
-    facets = np.asarray(body.facets[boundary])
-    facets = facets[:, OUTLINE[facets.shape[1]]]
+    facets = outlines(body.facets[boundary])
     x = body.coordinates[:, :2]
     middle = np.asarray(centre)
     facets = facets[(np.abs(x[facets] - middle) <= 1.5 * reach).all(axis=(1, 2))]
@@ -112,8 +111,7 @@ def cut_figure(
     title : str
         Above the picture.
     """
-    facets = np.asarray(body.facets[boundary])
-    facets = facets[:, OUTLINE[facets.shape[1]]]
+    facets = outlines(body.facets[boundary])
     corners = np.asarray(body.cells)
     around = np.bincount(corners.ravel(), minlength=len(body.coordinates))
     total = np.bincount(corners.ravel(), np.repeat(field, corners.shape[1]), len(body.coordinates))

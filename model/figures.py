@@ -35,6 +35,11 @@ VTK_CELLS = {
 }
 
 
+def outlines(cells: np.ndarray) -> np.ndarray:
+    """Return the corners of triangles or quadrilaterals (n, k) one after the other, from dolfinx's order."""
+    return np.asarray(cells)[:, OUTLINE[np.shape(cells)[1]]]
+
+
 def new_figure(xlabel: str, ylabel: str, title: str = "", size: tuple = (6.4, 4.0)) -> tuple[Figure, Axes]:
     """Make an empty figure with labelled axes and a light grid.
 
@@ -218,7 +223,7 @@ def mesh_figure(
         Above the axes.
     """
     x = body.coordinates if displacement is None else body.coordinates + displacement
-    polygons = x[body.cells][:, OUTLINE[body.cells.shape[1]]]
+    polygons = x[outlines(body.cells)]
     panels = 1 if centre is None else 2
     figure, axes = plt.subplots(1, panels, figsize=(4.8 * panels, 3.6), layout="constrained", squeeze=False)
     for panel, thickness in zip(axes[0], [0.3, 0.5]):

@@ -180,9 +180,9 @@ def place_on_road(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
     it would stick, if it then slips, disturbs its surroundings more than the correction has mended. The
     status (n,) is updated in place.
     """
-    gap = loop.contact.gap + np.einsum("ca,ca->c", loop.frame[:, 0], u[loop.nodes])
+    gap = loop.gaps(u, status)
     place_all_on_surface(loop.contact, u, status)
-    back = np.flatnonzero((gap < 0.0) & (status == SLIP))
+    back = np.flatnonzero(gap < 0.0)
     if loop.friction is not None and back.size:
         way = loop.sticking_place(back) - u[loop.nodes[back]]
         way -= gap[back, None] * loop.frame[back, 0]

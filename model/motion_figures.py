@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from .figures import COLOUR_MAP, LOOKS, OUTLINE
+from .figures import COLOUR_MAP, LOOKS, outlines
 from .files import write_aside
 from .history import History
 
@@ -47,7 +47,7 @@ def bounce_figure(
     node = next(iter(histories.values())).points[point]
     for time, displacement in snapshots.items():
         x = body.coordinates + displacement
-        polygons = x[body.cells][:, OUTLINE[body.cells.shape[1]]]
+        polygons = x[outlines(body.cells)]
         axes.add_collection(
             PolyCollection(list(polygons), facecolor="white", edgecolor="0.3", linewidth=0.25)
         )
@@ -167,7 +167,7 @@ def film(
     images = []
     for caption, displacement, values in frames:
         x = body.coordinates + displacement
-        cells.set_verts(list(x[body.cells][:, OUTLINE[body.cells.shape[1]]]))
+        cells.set_verts(list(x[outlines(body.cells)]))
         cells.set_array(values)
         middle = x[:, 0].mean()
         axes.set_xlim(middle - window[0] / 2, middle + window[0] / 2)

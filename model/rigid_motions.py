@@ -51,13 +51,13 @@ def _each(body: np.ndarray) -> list[np.ndarray]:
     return [body == number for number in np.unique(body[body >= 0])]
 
 
-def unheld_motions(A: bsr_array, coordinates: np.ndarray) -> np.ndarray:
-    """Rigid motions that cost no energy in A, as columns (N d, m) with 0 <= m <= 3 or 6 a body.
+def unheld_motions(A: bsr_array, coordinates: np.ndarray, body: np.ndarray) -> np.ndarray:
+    """Rigid motions of the bodies (N,) that cost no energy in A, columns (N d, m) with m <= 3 or 6 a body.
 
     A motion counts as free where its energy is below 1e-13 of what it would cost if every node moved alone:
     above rounding, and below any real support, which resists at least at one node.
     """
-    motions = motions_of_each_body(coordinates, bodies(A))
+    motions = motions_of_each_body(coordinates, body)
     energy = motions.T @ (A @ motions)
     scale = motions.T @ (A.diagonal()[:, None] * motions)
     lower = np.linalg.cholesky(scale + 1e-300 * np.eye(scale.shape[0]))
@@ -97,7 +97,8 @@ class Hold:
     def __init__(
         self, A: bsr_array, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray, mu: float
     ):
-        self.motions, self._count = unheld_motions(A, coordinates), nodes.size
+        body = bodies(A)
+        self.motions, self._count = unheld_motions(A, coordinates, body), nodes.size
         if self.motions.shape[1] == 0:
             return
         d = coordinates.shape[1]
@@ -114,11 +115,10 @@ class Hold:
                 f"Neither supports nor the road resist {_in_words(motion)}; "
                 "fix the body against it or give the road friction."
             )
-        body = bodies(A)[nodes]
         self._spread = np.concatenate(
             [
                 here[spread_candidates(coordinates[nodes[here]], d)]
-                for here in map(np.flatnonzero, _each(body))
+                for here in map(np.flatnonzero, _each(body[nodes]))
             ]
         )
 

@@ -147,6 +147,7 @@ class StepSolver:
         solver = ContactSolver(problem, correction, progress=False)
         self.tolerance, self.slip_rate = tolerance, slip_rate
         self.loop, self.correction = solver.loop, solver.correction
+        self._rounding = 5e-16 * float(np.abs(self.loop.A.data).max())  # of the forces, for a unit of way
 
     def solve(
         self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, back: np.ndarray, before: State
@@ -184,7 +185,7 @@ class StepSolver:
         residual = loop.residual(e, status)
         if not residual <= self.tolerance:
             first, scale = loop.sweeps, loop.load_size + float(np.linalg.norm(loop.force))
-            rounding = 5e-16 * np.abs(loop.A.data).max() * float(np.linalg.norm(e)) / (scale or 1.0)
+            rounding = self._rounding * float(np.linalg.norm(e)) / (scale or 1.0)
             record = Record(max(self.tolerance, rounding), LIMIT, lambda: loop.sweeps - first, False)
             correction.solve(e, status, record)
             residual, cycles = record.history[-1], record.cycles

@@ -4,16 +4,10 @@ import numpy as np
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, box, rectangle, ring
-from model import (
-    HHT,
-    ContactStabilised,
-    GeneralisedAlpha,
-    MassRedistribution,
-    MovingBody,
-    Newmark,
-)
+from model import ContactStabilised, MassRedistribution, MovingBody
+from model.schemes import IMPLICIT
 
-SCHEMES = [Newmark, HHT, GeneralisedAlpha, ContactStabilised, MassRedistribution]
+SCHEMES = list(IMPLICIT.values())
 NEVER_GAIN = [ContactStabilised, MassRedistribution]
 
 

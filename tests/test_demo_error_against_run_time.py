@@ -1,18 +1,10 @@
 """The report of error against run time, in its quick form."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
-DEMO = Path(__file__).parents[1] / "demos" / "error_against_run_time.py"
+DEMO = "error_against_run_time"
 
 
-def test_quick_report(tmp_path):
-    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
-    out = tmp_path / "error_against_run_time"
-    summary = json.loads((out / "summary.json").read_text())
-    results = {key: result["value"] for key, result in summary["results"].items()}
+def test_quick_report(quick):
+    out, summary, results = quick.out, quick.summary, quick.results
     cycles = [value for key, value in results.items() if key.startswith("cycles[")]
     assert max(cycles) <= 16
     assert max(cycles) - min(cycles) <= 2

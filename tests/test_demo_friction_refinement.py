@@ -1,18 +1,10 @@
 """What friction's refinement shows, in its quick form."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
-DEMO = Path(__file__).parents[1] / "demos" / "friction_refinement.py"
+DEMO = "friction_refinement"
 
 
-def test_quick_demo(tmp_path):
-    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
-    out = tmp_path / DEMO.stem
-    summary = json.loads((out / "summary.json").read_text())
-    results = {key: result["value"] for key, result in summary["results"].items()}
+def test_quick_demo(quick):
+    out, results = quick.out, quick.results
     assert results["steps_that_failed"] == 0
     assert results["cycles_over_frictionless"] <= 2.0
     assert results["order_in_h[tau (L2)]"] > 1.0

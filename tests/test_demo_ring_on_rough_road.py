@@ -1,20 +1,12 @@
 """The ring on a rough road, in its quick form: on the road, no energy gained, shaken more than on a plane."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 
-DEMO = Path(__file__).parents[1] / "demos" / "ring_on_rough_road.py"
+DEMO = "ring_on_rough_road"
 
 
-def test_quick_ring(tmp_path):
-    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
-    out = tmp_path / DEMO.stem
-    summary = json.loads((out / "summary.json").read_text())
-    results = {key: result["value"] for key, result in summary["results"].items()}
+def test_quick_ring(quick):
+    out, summary, results = quick.out, quick.summary, quick.results
     for road in ("rough", "plane"):
         assert results[f"off_the_road[{road}]"] <= 1e-12
         assert results[f"min_gap[{road}]"] == results[f"min_pressure[{road}]"] == 0.0

@@ -1,22 +1,15 @@
 """The rod against a wall, in its quick form: pressure, release, energy, orders."""
 
 import csv
-import json
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 
-DEMO = Path(__file__).parents[1] / "demos" / "rod_impact.py"
+DEMO = "rod_impact"
 STABILISED = ("contact-stabilised", "mass redistribution")
 
 
-def test_quick_demo(tmp_path):
-    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
-    out = tmp_path / DEMO.stem
-    summary = json.loads((out / "summary.json").read_text())
-    results = {key: result["value"] for key, result in summary["results"].items()}
+def test_quick_demo(quick):
+    out, summary, results = quick.out, quick.summary, quick.results
     for name in STABILISED:
         assert results[f"pressure_off_by[{name}]"] < 0.05
         assert abs(results[f"release[{name}]"] - 2.0) <= 1.0001 * 0.01  # dt

@@ -1,20 +1,12 @@
 """Section 3.1.1 of the paper, in its quick form."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 
-DEMO = Path(__file__).parents[1] / "demos" / "section_3_1_1_normal_loading.py"
+DEMO = "section_3_1_1_normal_loading"
 
 
-def test_quick_demo(tmp_path):
-    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
-    out = tmp_path / DEMO.stem
-    summary = json.loads((out / "summary.json").read_text())
-    results = {key: result["value"] for key, result in summary["results"].items()}
+def test_quick_demo(quick):
+    out, summary, results = quick.out, quick.summary, quick.results
     assert abs(results["p0[mu=0]"] / 8570.66 - 1) < 0.002
     assert results["a_lower[mu=0]"] < 0.74279 < results["a_upper[mu=0]"]
     assert abs(results["a[mu=0]"] / 0.74279 - 1) < 0.01

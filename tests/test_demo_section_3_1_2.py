@@ -1,20 +1,12 @@
 """Section 3.1.2 of the paper, in its quick form."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 
-DEMO = Path(__file__).parents[1] / "demos" / "section_3_1_2_tangential_loading.py"
+DEMO = "section_3_1_2_tangential_loading"
 
 
-def test_quick_demo(tmp_path):
-    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
-    out = tmp_path / DEMO.stem
-    summary = json.loads((out / "summary.json").read_text())
-    results = {key: result["value"] for key, result in summary["results"].items()}
+def test_quick_demo(quick):
+    out, results = quick.out, quick.results
     for name in ("subsequent", "initial"):
         assert results[f"max_coulomb_violation[{name}]"] < 1e-12
         assert results[f"tangential_force_error[{name}]"] < 1e-10

@@ -1,20 +1,13 @@
 """The sphere on the plane, in its quick form: Hertz, Mindlin, and files that VTK reads."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
 pyvista = pytest.importorskip("pyvista")
-DEMO = Path(__file__).parents[1] / "demos" / "sphere_on_plane.py"
+DEMO = "sphere_on_plane"
 
 
-def test_quick_sphere(tmp_path):
-    subprocess.run([sys.executable, DEMO, "--quick", "--out", tmp_path], check=True, cwd=tmp_path)
-    out = tmp_path / "sphere_on_plane"
-    summary = json.loads((out / "summary.json").read_text())
+def test_quick_sphere(quick):
+    out, summary = quick.out, quick.summary
     results, cost = summary["results"], summary["cost"]
     for key in ("p0", "a"):
         fine = results[f"{key}[dofs={cost['dofs']}]"]

@@ -24,33 +24,30 @@ from model import (
 )
 from model.hertz import HertzCylinder
 from model.judge import RESIDUAL, deviation, is_sentence
+from model.schemes import IMPLICIT
 
 from .scenes import certificate, pressed
-from .time import SCHEMES, books, thrown
+from .time import books, thrown
 
 
 @dataclass(frozen=True)
-class Powers:
-    """10^x with x between two numbers."""
+class Range:
+    """From one number to another."""
 
     low: float
     high: float
 
 
-@dataclass(frozen=True)
-class Between:
+class Between(Range):
     """A number between two."""
 
-    low: float
-    high: float
+
+class Powers(Range):
+    """10^x with x between two numbers."""
 
 
-@dataclass(frozen=True)
-class Whole:
+class Whole(Range):
     """A whole number from one to another."""
-
-    low: int
-    high: int
 
 
 @dataclass(frozen=True)
@@ -119,7 +116,7 @@ def static_error(
 
 
 MOVING = {
-    "name": OneOf(tuple(SCHEMES)),
+    "name": OneOf(tuple(IMPLICIT)),
     "dt": Powers(-4, -0.5),
     "E": Powers(-3, 9),
     "nu": Between(-0.5, 0.45),
@@ -145,7 +142,7 @@ def motion_error(*, name, dt, E, nu, density, speed, falls, around, inner, mu, d
     if damping is not None:
         damping = (damping[0] * wave, damping[1] / wave)
     moving = MovingBody.from_forms(elasticity, density, load, Plane(), "outer", damping=damping, friction=mu)
-    scheme = SCHEMES[name](moving, dt / wave)
+    scheme = IMPLICIT[name](moving, dt / wave)
     return books(scheme, scheme.start(velocity=thrown(moving, 0.01 * speed * wave, 0.01 * falls * wave)), 6)[
         :2
     ]

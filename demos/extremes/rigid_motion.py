@@ -4,10 +4,11 @@ import numpy as np
 
 from model import solve
 from model.judge import deviation
+from model.schemes import IMPLICIT
 
 from .collected import CASES
 from .scenes import block, cylinder, same
-from .time import SCHEMES, thrown, touching_ring
+from .time import thrown, touching_ring
 
 FAMILY = "rigid motion"
 
@@ -36,11 +37,11 @@ def symmetric_cylinder(mu, load):
     return max(deviation(image, u), deviation(force[number] * flip, force)), solution.residual
 
 
-@CASES.add(FAMILY, "symmetric ring, {name}, mu = {mu}", 1e-10, name=SCHEMES, mu=[None, 0.3])
+@CASES.add(FAMILY, "symmetric ring, {name}, mu = {mu}", 1e-10, name=IMPLICIT, mu=[None, 0.3])
 def symmetric_ring(name, mu):
     """Dropped straight down it stays symmetric, bounce after bounce."""
     _, moving = touching_ring(mu)
-    scheme = SCHEMES[name](moving, 1e-2)
+    scheme = IMPLICIT[name](moving, 1e-2)
     state, worst, off = scheme.start(velocity=thrown(moving, 0.0, -3.0)), 0.0, 0.0
     number = mirrored(moving.coordinates)
     for _ in range(60):
