@@ -25,16 +25,16 @@ from time import perf_counter
 
 import matplotlib.pyplot as plt
 import numpy as np
+from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from forms.alternatives import penalty, vinewtonrsls
 from geometry import Body, Plane, half_cylinder, half_cylinder_nested
 from model import ContactSolver, NotConverged, follow, solve
-from model.body_on_road import BodyOnRoad
-from model.figures import LOOKS, convergence_figure
-from model.hertz import HertzCylinder
-from model.pressure import contact_half_width
-from model.scene import Scene
+from model.closed_forms.hertz import HertzCylinder
+from model.figures.figures import LOOKS, convergence_figure
+from model.results.body_on_road import BodyOnRoad
+from model.results.pressure import contact_half_width
 
 scene = Scene(
     "error_against_run_time", "Error against run time: this project's corrections and what else there is."

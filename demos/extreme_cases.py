@@ -24,12 +24,12 @@ import numpy as np
 from extremes import CASES
 from extremes.incompressible import RATIOS, against_hertz
 from extremes.random_scenes import random_faults
+from harness.scene import Scene
+from harness.verdict import judge
 from matplotlib.colors import ListedColormap
 from tabulate import tabulate
 
-from model.files import write_aside
-from model.judge import judge
-from model.scene import Scene
+from model.atomic_file import write_aside
 
 scene = Scene("extreme_cases", "Stiff and extreme cases: right, refused or wrong.")
 scene.built("M", "C", "K")

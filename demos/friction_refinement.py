@@ -23,15 +23,15 @@ from time import perf_counter
 
 import matplotlib.pyplot as plt
 import numpy as np
+from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder_nested
 from model import BodyOnRoad, ContactSolver, NotConverged, follow, solve
-from model.figures import convergence_figure, new_figure
-from model.hertz import HertzCylinder
-from model.pressure import line_error
-from model.scene import Scene
-from model.spence import Spence
+from model.closed_forms.hertz import HertzCylinder
+from model.closed_forms.spence import Spence
+from model.figures.figures import convergence_figure, new_figure
+from model.results.pressure import line_error
 
 scene = Scene("friction_refinement", "Friction: what converges, at what order, and what it costs.")
 scene.built("K")

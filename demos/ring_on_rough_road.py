@@ -23,6 +23,7 @@ from time import perf_counter
 
 import matplotlib.pyplot as plt
 import numpy as np
+from harness.scene import Scene
 from matplotlib.collections import PolyCollection
 from scipy.signal import welch
 
@@ -38,13 +39,12 @@ from model import (
     march,
     solve,
 )
-from model.contact_map import MARKS
-from model.curved_steps import on_curved_road
-from model.figures import COLOUR_MAP, LOOKS, new_figure, outlines
-from model.motion_figures import ledger_figure
-from model.moving_body import RigidPart
-from model.output import Series, on_body
-from model.scene import Scene
+from model.dynamics.curved_steps import on_curved_road
+from model.dynamics.moving_body import RigidPart
+from model.figures.contact_map import MARKS
+from model.figures.figures import COLOUR_MAP, LOOKS, new_figure, outlines
+from model.figures.motion_figures import ledger_figure
+from model.results.xdmf import Series, on_body
 
 scene = Scene("ring_on_rough_road", "The paper's ring, dropped on a rough road and bouncing forward over it.")
 scene.built("M", "K")
@@ -134,7 +134,7 @@ class Ride:
 #
 # Contact-stabilised Newmark never gains energy on a plane road. Nor does it here: within a step a node slides
 # over a hill while the normal turns, and the force of the road is put along that mean normal which does work
-# on the change of the gap alone, n . (x1 - x0) = g1 - g0 (Gonzalez's discrete gradient, `model/road_planes.py`).
+# on the change of the gap alone, n . (x1 - x0) = g1 - g0 (Gonzalez's discrete gradient, `model/curved/tangent_planes.py`).
 # A little is left, which falls more than tenfold with half the dt: the projection that comes before the step does
 # not know where the step ends. Mass redistribution, below, has no such projection, and nothing left.
 
@@ -233,17 +233,13 @@ for panel in (way, close):
 for time, u in pictures.items():
     moved = body.coordinates + u
     way.add_collection(
-        PolyCollection(
-            list(moved[outlines(body.cells)]), facecolor="white", edgecolor="0.4", linewidth=0.1
-        )
+        PolyCollection(list(moved[outlines(body.cells)]), facecolor="white", edgecolor="0.4", linewidth=0.1)
     )
     way.plot(*moved[ride.history.points["A"]], "o", color=LOOKS[2]["color"], markersize=3)
     way.text(moved[:, 0].mean(), moved[:, 1].max() + 0.05, f"{time:.1f} s", ha="center", fontsize="x-small")
 way.set(xlim=(fine[0], fine[-1]), ylim=(-0.1, 1.9))
 moved = body.coordinates + pressed.displacement
-cells = PolyCollection(
-    list(moved[outlines(body.cells)]), cmap=COLOUR_MAP, edgecolor="0.3", linewidth=0.2
-)
+cells = PolyCollection(list(moved[outlines(body.cells)]), cmap=COLOUR_MAP, edgecolor="0.3", linewidth=0.2)
 cells.set_array(ride.elasticity.von_mises(pressed.displacement))
 close.add_collection(cells)
 figure.colorbar(cells, ax=close, label="von Mises stress (Pa)")

@@ -31,15 +31,15 @@ from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
+from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, rectangle
 from model import History, MovingBody, UnresolvedWaves, march
-from model import rod as exact
-from model.figures import LOOKS, convergence_figure
-from model.scene import Scene
-from model.schemes import IMPLICIT, SCHEMES
-from model.step_problem import save_step
+from model.closed_forms import rod as exact
+from model.dynamics.schemes import IMPLICIT, SCHEMES
+from model.dynamics.step_problem import save_step
+from model.figures.figures import LOOKS, convergence_figure
 
 scene = Scene("rod_impact", "A rod against a wall: what exact contact does to time integrators.")
 scene.built("M", "K")

@@ -27,15 +27,15 @@ from dataclasses import replace
 from time import perf_counter, process_time
 
 import numpy as np
+from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder, half_cylinder_nested
 from model import BodyOnRoad, ContactSolver, follow, solve
-from model.figures import body_picture, convergence_figure, mesh_figure, pressure_figure
-from model.hertz import HertzCylinder
-from model.pressure import contact_half_width, line_error
-from model.scene import Scene
-from model.spence import Spence
+from model.closed_forms.hertz import HertzCylinder
+from model.closed_forms.spence import Spence
+from model.figures.figures import body_picture, convergence_figure, mesh_figure, pressure_figure
+from model.results.pressure import contact_half_width, line_error
 
 scene = Scene(
     "section_3_1_1_normal_loading", "An elastic half cylinder pressed on a rigid road (paper, section 3.1.1)."

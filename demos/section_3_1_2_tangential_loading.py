@@ -33,16 +33,16 @@ from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
+from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder, half_cylinder_nested
 from model import BodyOnRoad, ContactSolver, follow, solve
-from model.carter import Carter
-from model.figures import stick_slip_figure
-from model.hertz import HertzCylinder
-from model.mindlin import MindlinCylinder
-from model.pressure import contact_half_width, line_error
-from model.scene import Scene
+from model.closed_forms.carter import Carter
+from model.closed_forms.hertz import HertzCylinder
+from model.closed_forms.mindlin import MindlinCylinder
+from model.figures.figures import stick_slip_figure
+from model.results.pressure import contact_half_width, line_error
 
 scene = Scene("section_3_1_2_tangential_loading", "A half cylinder pressed and pulled along (section 3.1.2).")
 scene.built("K")

@@ -28,19 +28,19 @@ import warnings
 from time import perf_counter
 
 import numpy as np
+from harness.linear_cost import beside_linear, run_seconds
+from harness.scene import Scene
 
 from forms import Elasticity, Isotropic
 from geometry import Body, Plane, ring
 from model import ContactStabilised, History, MovingBody, Newmark, UnresolvedWaves, march
-from model.figures import convergence_figure
-from model.ledger import total_energy
-from model.linear_cost import beside_linear, run_seconds
-from model.motion_figures import bounce_figure, film, force_figure, ledger_figure
-from model.moving_body import RigidPart
-from model.output import Series, on_body
-from model.scene import Scene
-from model.schemes import IMPLICIT
-from model.step_problem import save_step
+from model.dynamics.moving_body import RigidPart
+from model.dynamics.schemes import IMPLICIT
+from model.dynamics.step_problem import save_step
+from model.figures.figures import convergence_figure
+from model.figures.motion_figures import bounce_figure, film, force_figure, ledger_figure
+from model.recording.energy_balance import total_energy
+from model.results.xdmf import Series, on_body
 
 scene = Scene("section_3_2_bouncing_ring", "A ring that bounces, with its energy accounted for.")
 scene.built("M", "K")

@@ -24,17 +24,17 @@
 from time import perf_counter
 
 import numpy as np
+from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from forms.alternatives import vinewtonrsls
 from geometry import Body, Plane, half_ball
 from model import BodyOnRoad, ContactSolver, follow, solve
-from model.contact_map import contact_map, cut_figure
-from model.figures import convergence_figure, pressure_figure
-from model.hertz import HertzSphere
-from model.mindlin import MindlinSphere
-from model.output import on_body
-from model.scene import Scene
+from model.closed_forms.hertz import HertzSphere
+from model.closed_forms.mindlin import MindlinSphere
+from model.figures.contact_map import contact_map, cut_figure
+from model.figures.figures import convergence_figure, pressure_figure
+from model.results.xdmf import on_body
 
 scene = Scene("sphere_on_plane", "A steel sphere pressed on a plane and pushed: Hertz and Mindlin in space.")
 scene.built("K")

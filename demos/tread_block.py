@@ -24,16 +24,16 @@ from time import perf_counter
 
 import matplotlib.pyplot as plt
 import numpy as np
+from harness.scene import Scene
 from matplotlib.collections import PolyCollection
 
 from forms import Anisotropic, Elasticity, Isotropic, Support
 from geometry import Body, MovingRoad, SmoothRoad, read_samples, tread_block
 from model import BodyOnRoad, ContactSolver, solve
-from model.contact_map import MARKS, contact_map
-from model.curved_road import CurvedContact
-from model.figures import COLOUR_MAP, LOOKS, new_figure, outlines
-from model.output import Series, on_body
-from model.scene import Scene
+from model.figures.contact_map import MARKS, contact_map
+from model.figures.figures import COLOUR_MAP, LOOKS, new_figure, outlines
+from model.quasistatics.curved_contact import CurvedContact
+from model.results.xdmf import Series, on_body
 
 scene = Scene("tread_block", "A rubber tread block pressed on a rough road and dragged over it.")
 scene.built("K")

@@ -1,20 +1,20 @@
 """What touches what: bodies with named boundaries, and rigid roads."""
 
 from geometry.body import Body
-from geometry.gmsh_bodies import half_cylinder_gmsh, read_msh
 from geometry.grid import Grid
-from geometry.half_ball import half_ball
-from geometry.half_cylinder import half_cylinder, half_cylinder_nested
-from geometry.join import join, shifted
-from geometry.linear_road import LinearRoad
-from geometry.moving_road import ExtrudedRoad, MovingRoad, RoadSeenFromAfar, ShiftedRoad
-from geometry.rectangle import box, rectangle
-from geometry.ring import ring
-from geometry.road import Plane, Road
-from geometry.road_file import read_samples
-from geometry.round_road import RoundRoad
-from geometry.smooth_road import SmoothRoad
-from geometry.tread_block import tread_block
+from geometry.meshes.gmsh_bodies import half_cylinder_gmsh, read_msh
+from geometry.meshes.half_ball import half_ball
+from geometry.meshes.half_cylinder import half_cylinder, half_cylinder_nested
+from geometry.meshes.join import join, shifted
+from geometry.meshes.rectangle import box, rectangle
+from geometry.meshes.ring import ring
+from geometry.meshes.tread_block import tread_block
+from geometry.obstacles.linear_road import LinearRoad
+from geometry.obstacles.moving_road import ExtrudedRoad, MovingRoad, RoadSeenFromAfar, ShiftedRoad
+from geometry.obstacles.plane import Plane, Road
+from geometry.obstacles.road_file import read_samples
+from geometry.obstacles.round_road import RoundRoad
+from geometry.obstacles.smooth_road import SmoothRoad
 
 __all__ = [
     "Body",

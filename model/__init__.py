@@ -1,22 +1,29 @@
 """How it touches: the node loop, friction laws, corrections, load and time steps, closed forms."""
 
-from .body_on_road import BodyOnRoad
-from .central_differences import CentralDifferences
-from .checkpoint import load_checkpoint, save_checkpoint
-from .contact_stabilised import ContactStabilised
-from .friction import FrictionLaw, coulomb, friction_law, static_kinetic, stribeck, viscous
-from .generalised_alpha import HHT, GeneralisedAlpha
-from .history import History
-from .linear_limits import BeyondLinear, linear_limits
-from .load_path import follow
-from .march import march
-from .mass_redistribution import MassRedistribution
-from .moving_body import MovingBody
-from .newmark import Newmark
-from .problem import ContactProblem
-from .record import NotConverged
-from .resolution import UnresolvedWaves
-from .solve import ContactSolver, Solution, solve
+from model.dynamics.central_differences import CentralDifferences
+from model.dynamics.contact_stabilised import ContactStabilised
+from model.dynamics.generalised_alpha import HHT, GeneralisedAlpha
+from model.dynamics.mass_redistribution import MassRedistribution
+from model.dynamics.moving_body import MovingBody
+from model.dynamics.newmark import Newmark
+from model.node_loop.friction_laws import (
+    FrictionLaw,
+    coulomb,
+    friction_law,
+    static_kinetic,
+    stribeck,
+    viscous,
+)
+from model.problem.contact_problem import ContactProblem
+from model.quasistatics.load_stepping import follow
+from model.recording.checkpoint import load_checkpoint, save_checkpoint
+from model.recording.history import History
+from model.recording.time_loop import march
+from model.recording.wave_resolution import UnresolvedWaves
+from model.results.body_on_road import BodyOnRoad
+from model.results.linear_limits import BeyondLinear, linear_limits
+from model.solvers.contact_solver import ContactSolver, Solution, solve
+from model.solvers.convergence_record import NotConverged
 
 __all__ = [
     "HHT",

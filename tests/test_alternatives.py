@@ -7,7 +7,7 @@ from forms import Elasticity, Isotropic, Support
 from forms.alternatives import penalty, vinewtonrsls
 from geometry import Body, Plane, half_cylinder_nested
 from model import solve
-from model.body_on_road import BodyOnRoad
+from model.results.body_on_road import BodyOnRoad
 
 
 @pytest.fixture(scope="module")

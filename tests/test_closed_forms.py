@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from model import rod
-from model.carter import Carter
-from model.hertz import HertzCylinder, HertzSphere, effective_modulus
-from model.mindlin import MindlinCylinder, MindlinSphere
-from model.spence import Spence, dundurs_beta, goodman_stick_ratio, unit_punch
+from model.closed_forms import rod
+from model.closed_forms.carter import Carter
+from model.closed_forms.hertz import HertzCylinder, HertzSphere, effective_modulus
+from model.closed_forms.mindlin import MindlinCylinder, MindlinSphere
+from model.closed_forms.spence import Spence, dundurs_beta, goodman_stick_ratio, unit_punch
 
 PAPER = HertzCylinder(P=1e4, R=10, E=210e3, nu=0.3)
 BALL = HertzSphere(F=100, R=10, E=210e3, nu=0.3)

@@ -19,10 +19,10 @@ from geometry import (
     shifted,
 )
 from model import ContactSolver, NotConverged, solve
-from model.body_on_road import BodyOnRoad
-from model.contact_loop import SLIP, STICK
-from model.curved_road import CurvedContact
-from model.hertz import HertzCylinder
+from model.closed_forms.hertz import HertzCylinder
+from model.node_loop.contact_sweep import SLIP, STICK
+from model.quasistatics.curved_contact import CurvedContact
+from model.results.body_on_road import BodyOnRoad
 
 P, R, E, NU = 1e4, 10.0, 210e3, 0.3
 
@@ -212,7 +212,7 @@ def test_several_bodies_share_a_road_as_if_they_were_alone():
 
 
 def test_rounds_that_do_not_settle_say_so(monkeypatch):
-    monkeypatch.setattr("model.curved_road.ROUNDS", 2)
+    monkeypatch.setattr("model.quasistatics.curved_contact.ROUNDS", 2)
     road = ShiftedRoad(WAVES, (0, -1.3))
     with pytest.raises(
         NotConverged, match="after 2 rounds nodes are .* off it.*smaller load steps"

@@ -8,9 +8,9 @@ import pytest
 from forms import Elasticity, Isotropic
 from geometry import Body, LinearRoad, Plane, RoadSeenFromAfar, RoundRoad, SmoothRoad, ring
 from model import ContactStabilised, History, MassRedistribution, MovingBody, Newmark, NotConverged
-from model.curved_steps import on_curved_road
-from model.resolution import UnresolvedWaves
-from model.road_planes import _working
+from model.curved.tangent_planes import _working
+from model.dynamics.curved_steps import on_curved_road
+from model.recording.wave_resolution import UnresolvedWaves
 
 MU, DT = 0.1, 2e-3
 SCHEMES = [ContactStabilised, MassRedistribution]
@@ -135,6 +135,6 @@ def test_far_off_a_road_only_its_summit_is_seen():
 
 
 def test_rounds_that_do_not_settle_say_so(monkeypatch):
-    monkeypatch.setattr("model.curved_steps.ROUNDS", 1)
+    monkeypatch.setattr("model.dynamics.curved_steps.ROUNDS", 1)
     with pytest.raises(NotConverged, match="after 1 rounds nodes are .* off it.*smaller time steps"):
         ride(on_curved_road(ContactStabilised), QUICK, 30)

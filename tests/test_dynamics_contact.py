@@ -19,9 +19,9 @@ from model import (
     solve,
     viscous,
 )
-from model.history import History
-from model.march import march
-from model.step_problem import save_step
+from model.dynamics.step_problem import save_step
+from model.recording.history import History
+from model.recording.time_loop import march
 
 
 @pytest.mark.parametrize("scheme", [*SCHEMES, CentralDifferences])

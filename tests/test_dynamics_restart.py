@@ -63,7 +63,7 @@ import sys
 sys.path.insert(0, sys.argv[1])
 from bodies_in_motion import Body, bouncing_ring, ring
 from model import History, Newmark, march
-from model.output import Series
+from model.results.xdmf import Series
 moving, velocity = bouncing_ring(0.1)
 body = Body.from_grid(ring(0.5, 0.2, 40, 3, lowest=(0.0, 0.5)))
 scheme = Newmark(moving, 0.01)

@@ -5,7 +5,7 @@ import pytest
 from bodies_in_motion import NEVER_GAIN, rod, steps
 
 from model import CentralDifferences, History, Newmark, march
-from model import rod as exact
+from model.closed_forms import rod as exact
 
 
 def impact(scheme, start, until=3.0):

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from harness.scene import Scene
+from harness.verdict import is_sentence
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, read_msh, rectangle
@@ -25,8 +27,6 @@ from model import (
     save_checkpoint,
     solve,
 )
-from model.judge import is_sentence
-from model.scene import Scene
 
 DEMO = Path(__file__).parents[1] / "demos" / "extreme_cases.py"
 MSH = """$MeshFormat

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from geometry import Body, box, rectangle
-from model import figures
-from model.figures import body_picture, convergence_figure, mesh_figure, pressure_figure
+from model.figures import figures
+from model.figures.figures import body_picture, convergence_figure, mesh_figure, pressure_figure
 
 
 @pytest.fixture(autouse=True)

@@ -9,8 +9,7 @@ import pytest
 from forms import Anisotropic, Elasticity, Isotropic, Support
 from geometry import Body, Plane, box, half_cylinder_nested, rectangle
 from model import ContactSolver, NotConverged, follow, solve
-from model.algebraic import algebraic
-from model.blocks import (
+from model.node_loop.blocks import (
     block_matrix,
     defect,
     diagonal_positions,
@@ -18,10 +17,11 @@ from model.blocks import (
     generalised_inverses,
     sweep_from_zero,
 )
-from model.body_on_road import BodyOnRoad
-from model.hierarchy import Level, coarsen, nodal_prolongation
-from model.loop import NodeLoop
-from model.multigrid import Cycle
+from model.node_loop.node_loop import NodeLoop
+from model.results.body_on_road import BodyOnRoad
+from model.solvers.galerkin_coarsening import Level, coarsen, nodal_prolongation
+from model.solvers.smoothed_aggregation import algebraic
+from model.solvers.truncated_multigrid import Cycle
 
 
 def cylinder(refinements, friction=None, platen=True):

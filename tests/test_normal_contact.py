@@ -6,8 +6,8 @@ import pytest
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder, rectangle
 from model import BodyOnRoad, ContactProblem, ContactSolver, solve
-from model.hertz import HertzCylinder
-from model.pressure import contact_half_width
+from model.closed_forms.hertz import HertzCylinder
+from model.results.pressure import contact_half_width
 
 import ufl  # isort: skip
 from dolfinx import fem  # isort: skip

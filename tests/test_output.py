@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from geometry import Body, box, rectangle
-from model import output
-from model.output import Series, on_body, write_xdmf
+from model.results import xdmf as output
+from model.results.xdmf import Series, on_body, write_xdmf
 
 pyvista = pytest.importorskip("pyvista")
 import h5py  # noqa: E402  (after dolfinx, which output imports)
@@ -150,7 +150,7 @@ WRITER = """
 import sys
 import numpy as np
 from geometry import Body, rectangle
-from model.output import Series
+from model.results.xdmf import Series
 body = Body.from_grid(rectangle(3, 2, 30, 30))
 series = Series("ring.xdmf", body)
 for step in range(100_000):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sparse
 
-from model.hertz import HertzCylinder
-from model.pressure import consistent, contact_half_width, line_error, lumped, surface_error
-from model.spence import Spence
+from model.closed_forms.hertz import HertzCylinder
+from model.closed_forms.spence import Spence
+from model.results.pressure import consistent, contact_half_width, line_error, lumped, surface_error
 
 HERTZ = HertzCylinder(P=1e4, R=10, E=210e3, nu=0.3)
 

@@ -72,7 +72,7 @@ def test_nonsense_is_refused_in_a_sentence_that_names_it(number, data):
 
 def test_the_judge_is_strict():
     """A wrong number, NaN, a traceback, a bare error, and a refusal of what makes sense are all wrong."""
-    from model.judge import Cases, judge
+    from harness.verdict import Cases, judge
 
     cases = Cases()
 

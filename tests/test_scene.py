@@ -9,9 +9,9 @@ import time
 
 import numpy as np
 import pytest
+from harness.scene import COSTS, Scene
 
-from model.files import write_aside
-from model.scene import COSTS, Scene
+from model.atomic_file import write_aside
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def scene(tmp_path):
 def run(tmp_path, body, *arguments, **options):
     """Run a script as a demo would be."""
     script = tmp_path / "falling_block.py"
-    script.write_text("from model.scene import Scene\n" + body)
+    script.write_text("from harness.scene import Scene\n" + body)
     command = [sys.executable, *options.pop("flags", []), str(script), *arguments]
     return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, **options)
 
@@ -120,7 +120,7 @@ def test_an_output_folder_that_is_a_file_gets_a_sentence(tmp_path):
     [
         ("raise ValueError('nu must be below 0.5, not 0.7.')", "nu must be below 0.5, not 0.7."),
         (
-            "class E(RuntimeError): ...\nE.__module__ = 'model.solve'\nraise E('It did not converge.')",
+            "class E(RuntimeError): ...\nE.__module__ = 'model.solvers'\nraise E('It did not converge.')",
             "It did not converge.",
         ),
     ],
@@ -140,7 +140,7 @@ def test_other_errors_keep_their_traceback(tmp_path):
 def test_interruption_leaves_whole_files_and_says_so(tmp_path):
     script = tmp_path / "falling_block.py"
     script.write_text(
-        "import time\nfrom model.scene import Scene\nfrom model.files import write_aside\n"
+        "import time\nfrom harness.scene import Scene\nfrom model.atomic_file import write_aside\n"
         "scene = Scene('falling_block', 'Falls.')\n"
         "(scene.out / 'summary.json').write_text('good')\n"
         "with write_aside(scene.out / 'summary.json') as aside:\n"

@@ -17,10 +17,10 @@ from geometry import (
     rectangle,
 )
 from model import ContactSolver, solve
-from model.body_on_road import BodyOnRoad
-from model.contact_loop import SLIP, STICK
-from model.curved_road import CurvedContact
-from model.hertz import HertzSphere
+from model.closed_forms.hertz import HertzSphere
+from model.node_loop.contact_sweep import SLIP, STICK
+from model.quasistatics.curved_contact import CurvedContact
+from model.results.body_on_road import BodyOnRoad
 
 E, NU, R, F = 210e3, 0.3, 10.0, 15e3
 HERTZ = HertzSphere(F, R, E, NU)

@@ -1,5 +1,5 @@
 """Where the families put their cases."""
 
-from model.judge import Cases
+from harness.verdict import Cases
 
 CASES = Cases()

@@ -3,12 +3,12 @@
 from functools import cache
 
 import numpy as np
+from harness.verdict import deviation
 from scipy.sparse.linalg import spsolve
 
 from forms import Isotropic
 from geometry import rectangle
 from model import ContactSolver, follow, solve
-from model.judge import deviation
 
 from .collected import CASES
 from .scenes import block, certificate, cylinder, pressed

@@ -1,13 +1,13 @@
 """Nearly incompressible: Poisson's ratio up to 0.499999, where plain bilinear elements lock; and below 0."""
 
 import numpy as np
+from harness.verdict import deviation
 
 from forms import Isotropic
 from geometry import half_cylinder
 from model import solve
-from model.hertz import HertzCylinder
-from model.judge import deviation
-from model.pressure import line_error
+from model.closed_forms.hertz import HertzCylinder
+from model.results.pressure import line_error
 
 from .collected import CASES
 from .scenes import block, pressed

@@ -1,11 +1,11 @@
 """Load: from nothing to far too much, pulled off, one node, every node, up to the edge."""
 
 import numpy as np
+from harness.verdict import deviation
 
 from forms import Isotropic
 from geometry import rectangle
 from model import BodyOnRoad, solve
-from model.judge import deviation
 
 from .collected import CASES
 from .scenes import block, by_least_squares, certificate, cylinder, pressed

@@ -1,12 +1,12 @@
 """Mesh: flat cells, tiny angles, one single cell, jumps of size, a million unknowns."""
 
 import numpy as np
+from harness.verdict import deviation
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Grid, Plane, box, half_cylinder, half_cylinder_nested, rectangle
 from model import BodyOnRoad, solve
-from model.hertz import HertzCylinder
-from model.judge import deviation
+from model.closed_forms.hertz import HertzCylinder
 
 from .collected import CASES
 from .scenes import by_least_squares, pressed

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
+from harness.verdict import RESIDUAL, deviation, is_sentence
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder, rectangle, ring
@@ -22,9 +23,8 @@ from model import (
     coulomb,
     solve,
 )
-from model.hertz import HertzCylinder
-from model.judge import RESIDUAL, deviation, is_sentence
-from model.schemes import IMPLICIT
+from model.closed_forms.hertz import HertzCylinder
+from model.dynamics.schemes import IMPLICIT
 
 from .scenes import certificate, pressed
 from .time import books, thrown

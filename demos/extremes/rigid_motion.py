@@ -1,10 +1,10 @@
 """Rigid motion: what is symmetric stays so, and answers turn and shift with their scenes."""
 
 import numpy as np
+from harness.verdict import deviation
 
 from model import solve
-from model.judge import deviation
-from model.schemes import IMPLICIT
+from model.dynamics.schemes import IMPLICIT
 
 from .collected import CASES
 from .scenes import block, cylinder, same

@@ -3,10 +3,10 @@
 from functools import cache
 
 import numpy as np
+from harness.verdict import deviation
 
 from geometry import Plane
 from model import BodyOnRoad, solve
-from model.judge import deviation
 
 from .collected import CASES
 from .scenes import block, cylinder, same

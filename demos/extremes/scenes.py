@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+from harness.verdict import deviation
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder, rectangle
 from model import BodyOnRoad
-from model.judge import deviation
 
 
 def rotation(turn):

@@ -3,11 +3,11 @@
 from functools import cache
 
 import numpy as np
+from harness.verdict import deviation
 
 from forms import Isotropic
 from geometry import rectangle
 from model import solve
-from model.judge import deviation
 
 from .collected import CASES
 from .scenes import by_least_squares, certificate, cylinder, pressed, same

@@ -1,0 +1,264 @@
+"""A scene: command line, output folder, figures, progress, and the summary that ends it.
+
+Knows neither the mesh nor the loop, and imports little: a demo begins with it, since from there on an error
+of this project's or Ctrl-C ends a script in one sentence on stderr (exit code 1 and 130; 2 for a wrong
+option). `python -X dev` shows the traceback all the same.
+"""
+
+import argparse
+import json
+import math
+import sys
+import tempfile
+import time
+from collections.abc import Iterable
+from importlib import metadata
+from numbers import Real
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from model.atomic_file import write_aside
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COSTS = (
+    "dofs",
+    "contact_candidates",
+    "sweeps",
+    "cycles",
+    "work_units",
+    "assembly_seconds",
+    "solve_seconds",
+    "total_seconds",
+    "residual",
+)
+OPTIONS = "the options are --quick and --out DIR"
+PACKAGES = {"model", "forms", "geometry"}  # whose errors are sentences
+
+
+class Scene:
+    """One demo from its command line to its summary.
+
+    >>> scene = Scene("falling_block", "A block falls on the road.")  # doctest: +SKIP
+    >>> scene.built("K", "M")  # doctest: +SKIP
+    >>> scene.result("first_touch", 0.32, "s", reference=0.319, source="sqrt(2 h / g)")  # doctest: +SKIP
+    >>> scene.finish()  # doctest: +SKIP
+
+    In a notebook the command line is the kernel's and is left alone.
+
+    Parameters
+    ----------
+    name : str
+        Name of the scene, of its file and of its output folder.
+    description : str
+        One sentence for `--help` and the head of the table.
+    arguments : sequence of str, optional
+        Instead of the command line.
+
+    Attributes
+    ----------
+    quick : bool
+        Whether `--quick` was given.
+    out : pathlib.Path
+        Output folder DIR/NAME, made if need be; DIR is "results" or what `--out` says.
+
+    Raises
+    ------
+    ValueError
+        If the output folder cannot be made or written to.
+    """
+
+    def __init__(self, name: str, description: str, arguments: Iterable[str] | None = None):
+        self._started = time.perf_counter()
+        self.name, self.description = name, description
+        if arguments is None:
+            arguments = [] if _in_notebook() else sys.argv[1:]
+        parser = _Parser(prog=name, description=description, allow_abbrev=False)
+        parser.add_argument("--quick", action="store_true", help="smaller meshes and fewer steps")
+        parser.add_argument("--out", metavar="DIR", default="results", help="output goes to DIR/%(prog)s")
+        options = parser.parse_args(list(arguments))
+        self.quick: bool = options.quick
+        self.out = _folder(Path(options.out) / name)
+        self._built: list[str] = []
+        self._left_out: list[str] = []
+        self._results: dict[str, dict[str, Any]] = {}
+        self._cost: dict[str, Any] = {}
+
+    def built(self, *what: str) -> None:
+        """Note what the scene assembles or sets up, as "K"."""
+        self._built = list(dict.fromkeys([*self._built, *what]))
+
+    def left_out(self, *what: str) -> None:
+        """Note what the scene does without, as "M", "C", "friction"."""
+        self._left_out = list(dict.fromkeys([*self._left_out, *what]))
+
+    def result(
+        self, key: str, value: float, unit: str, reference: float | None = None, source: str | None = None
+    ) -> None:
+        """Note one result; a key given again replaces the earlier one.
+
+        Parameters
+        ----------
+        key : str
+            As in "p0[mu=0]".
+        value : number
+            Finite.
+        unit : str
+            As in "MPa"; "1" for a plain number.
+        reference : number, optional
+            What it should be.
+        source : str, optional
+            Where the reference comes from.
+
+        Raises
+        ------
+        ValueError
+            If a value or reference is not a finite number.
+        """
+        self._results[key] = {
+            "value": _number(f"The result {key!r}", value),
+            "unit": unit,
+            "reference": None if reference is None else _number(f"The reference of {key!r}", reference),
+            "source": source,
+        }
+
+    def cost(self, **costs: float) -> None:
+        """Note what the scene cost, under the keys in `COSTS`; total_seconds is measured if it is not given.
+
+        Raises
+        ------
+        ValueError
+            For another key, or a value that is not a finite number.
+        """
+        for key, value in costs.items():
+            if key not in COSTS:
+                raise ValueError(f"There is no cost {key!r}; the costs are {', '.join(COSTS)}.")
+            self._cost[key] = _number(f"The cost {key!r}", value)
+
+    def figure(self, figure: "Figure | None", name: str) -> Path | None:
+        """Save a matplotlib figure (or none) as NAME.png in the output folder; a script then closes it."""
+        if figure is None:
+            return None
+        path = self.out / f"{name}.png"
+        with write_aside(path) as aside:
+            figure.savefig(aside, format="png", dpi=150)
+        if not _in_notebook():
+            from matplotlib import pyplot
+
+            pyplot.close(figure)
+        return path
+
+    def progress(self, iterable: Iterable, description: str | None = None, total: int | None = None) -> Any:
+        """Go through `iterable` behind a progress bar, shown on terminals only and after two seconds."""
+        from tqdm import tqdm
+
+        return tqdm(iterable, desc=description, total=total, delay=2, disable=None, leave=False)
+
+    def finish(self) -> None:
+        """Write summary.json, and print what it says.
+
+        Raises
+        ------
+        ValueError
+            If a cost is missing or the file cannot be written.
+        """
+        self._cost.setdefault("total_seconds", time.perf_counter() - self._started)
+        missing = [key for key in COSTS if key not in self._cost]
+        if missing:
+            raise ValueError(
+                f"The scene {self.name!r} does not say its {', '.join(missing)}; call cost() first."
+            )
+        summary = {
+            "scene": self.name,
+            "dolfinx": _dolfinx_version(),
+            "built": self._built,
+            "left_out": self._left_out,
+            "results": self._results,
+            "cost": {key: self._cost[key] for key in COSTS},
+        }
+        with write_aside(self.out / "summary.json") as aside:
+            aside.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        print(self._table())
+
+    def _table(self) -> str:
+        """Lay out the summary for the terminal."""
+        from tabulate import tabulate
+
+        rows = [
+            (key, r["value"], r["unit"], r["reference"], _difference(r), r["source"])
+            for key, r in self._results.items()
+        ]
+        results = tabulate(rows, ["result", "value", "unit", "reference", "off by", "source"], floatfmt=".6g")
+        costs = tabulate([[self._cost[key] for key in COSTS]], COSTS, floatfmt=".3g")
+        built, left_out = (", ".join(names) or "nothing" for names in (self._built, self._left_out))
+        last = f"Built: {built}. Left out: {left_out}. Written to {self.out}."
+        return "\n".join([self.description, "", results, "", costs, "", last])
+
+
+class _Parser(argparse.ArgumentParser):
+    """Argument parser that complains in one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}; {OPTIONS}.\n")
+
+
+def _in_notebook() -> bool:
+    """Tell whether a Jupyter kernel runs this, whose command line is not ours."""
+    return "kernel_launcher" in Path(sys.argv[0]).name
+
+
+def _folder(path: Path) -> Path:
+    """Make a folder that can be written to."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            return path
+    except OSError as error:
+        raise ValueError(
+            f"The output folder {path} cannot be used ({error.strerror}); give another with --out."
+        ) from None
+
+
+def _number(what: str, value: Any) -> float | int:
+    """Return a plain finite number for JSON."""
+    if getattr(value, "shape", None) == ():  # of numpy
+        value = value.item()
+    if not isinstance(value, Real) or not math.isfinite(value):
+        raise ValueError(f"{what} is {value!r}; it must be a finite number.")
+    return value  # type: ignore[return-value]
+
+
+def _difference(result: dict[str, Any]) -> str | None:
+    """Relative difference to the reference, in percent."""
+    if not result["reference"]:
+        return None
+    return f"{100 * (result['value'] / result['reference'] - 1):+.2g} %"
+
+
+def _dolfinx_version() -> str | None:
+    """Version of dolfinx, if it is installed."""
+    if "dolfinx" in sys.modules:
+        return sys.modules["dolfinx"].__version__
+    for distribution in ("fenics-dolfinx", "dolfinx-solver-real"):
+        try:
+            return metadata.version(distribution)
+        except metadata.PackageNotFoundError:
+            continue
+    return None
+
+
+def _end_in_one_sentence(kind: type[BaseException], error: BaseException, trace: Any) -> None:
+    """Tell an expected error in one sentence, and any other as Python does."""
+    ours = any(base.__module__.split(".")[0] in PACKAGES for base in kind.__mro__)
+    if issubclass(kind, KeyboardInterrupt):
+        print("\nInterrupted; the files written so far are whole.", file=sys.stderr)
+        raise SystemExit(130)
+    if (ours or issubclass(kind, (ValueError, OSError, ImportError))) and not sys.flags.dev_mode:
+        print(f"{Path(sys.argv[0]).stem}: {error}", file=sys.stderr)
+        raise SystemExit(1)
+    sys.__excepthook__(kind, error, trace)
+
+
+if not _in_notebook() and not hasattr(sys, "ps1"):  # a script, rather than somebody at a prompt
+    sys.excepthook = _end_in_one_sentence

@@ -1,0 +1,1 @@
+"""Ready-made meshes with named boundaries and nested refinement."""

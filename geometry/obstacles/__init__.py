@@ -1,0 +1,1 @@
+"""Rigid obstacles: closest-point projection, profiles, surfaces, files of samples."""

@@ -1,0 +1,53 @@
+"""Round roads: the arc of a circle or a sphere, as a hill or as a hollow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geometry.obstacles.plane import Plane
+
+
+class RoundRoad:
+    """A circle (2-D) or sphere (3-D) through `point`, with `normal`, from the road to the body, there.
+
+    Parameters
+    ----------
+    point : where the road passes
+    normal : of any length, at that point
+    radius : positive for a hill (the body is outside the circle), negative for a hollow (the body is inside)
+
+    Raises
+    ------
+    ValueError
+        for points and normals that a plane refuses too, and radii that are zero or not finite.
+    """
+
+    def __init__(
+        self, point: Sequence[float] = (0.0, 0.0), normal: Sequence[float] = (0.0, 1.0), radius: float = 1.0
+    ):
+        plane = Plane(point, normal)
+        if not (np.isfinite(radius) and radius != 0):
+            raise ValueError(
+                f"The road's radius is {radius}; positive makes a hill, negative a hollow, and zero nothing."
+            )
+        self.point, self.normal, self.radius = plane.point, plane.normal, float(radius)
+
+    def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim).
+
+        Gaps are right to the last digits for any radius: (|x - c|^2 - R^2) / (|x - c| + |R|), the
+        numerator taken from `point`. At the centre, from which all of the road is equally far, the
+        closest point is `point`.
+        """
+        offset = np.asarray(points, dtype=float) - self.point
+        from_centre = offset + self.radius * self.normal
+        distance = np.linalg.norm(from_centre, axis=1)
+        side = np.sign(self.radius)
+        beyond = np.sum(offset**2, axis=1) + 2 * self.radius * (offset @ self.normal)
+        gap = side * beyond / (distance + abs(self.radius))
+        at_centre = distance < 1e-14 * abs(self.radius)
+        normal = side * from_centre / np.where(at_centre, 1.0, distance)[:, None]
+        normal[at_centre] = self.normal
+        return gap, normal, self.point + (offset - gap[:, None] * normal)

@@ -1,0 +1,1 @@
+"""Closed-form solutions of contact mechanics."""

@@ -1,0 +1,172 @@
+"""Planes that follow the nodes along a road that is not flat, until every node that touches lies on the road.
+
+Each round the contact problem is solved with a plane at each node, and the planes are then laid anew
+where the nodes have come to be. They touch the road, so that the distance left falls with the square of
+the last move; the rounds end when every node that touches lies on the road itself, its force along the
+road's normal there.
+
+The force on a node turns as the node moves along the road, which its plane does not know. Where the road
+is hollow the node therefore goes too far, and back, and so on for ever in a corner. So the road is looked
+at from a little below each node that touches, by as much as its force would move it: seen from there a
+hollow is less curved, by just what the turning force moves the node back, and the deepest point of a
+corner is nearest to a whole wedge of nodes, with all the normals between those of its two slopes. (In
+convex optimisation this is the projection x = P(x - f / k), k being the stiffness that the node feels.)
+On a hill the same would do harm, so of the two looks, from the node and from below it, the one counts
+that turns the normal less. What is left of creeping and overshooting Anderson's extrapolation removes.
+
+In motion a node goes a way within a step, and its force, if it were along the normal at the end of it, would
+do work on hills and in hollows, though the road is at rest. So it is along the mean normal, corrected so that
+
+    n . (x1 - x0) = g1 - g0                                                                            (1)
+
+to the last digit (the discrete gradient of O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449, of the distance g).
+"""
+
+from typing import Any
+
+import numpy as np
+
+from model.curved.anderson_acceleration import Anderson
+from model.node_loop.contact_sweep import FREE, STICK
+
+SMOOTH = 0.1  # turns of the normals below which rounds are combined
+
+
+class RoadPlanes:
+    """The planes of n candidates.
+
+    Parameters
+    ----------
+    road : Road
+        Its `closest(points)` returns gap, normal and closest point.
+    at : (n, d)
+        Where the nodes are at first.
+    sticking : (n, d) or None
+        Where nodes would stick: at the point of the road nearest to it. None where there is no friction.
+    softness : (n,)
+        How far a node moves by a unit of force, about.
+    near : float
+        A node so near to the road is on it.
+    since : (gap (n,), normal (n, d), position (n, d)), optional
+        Of the nodes as a step of time began: forces shall do work by (1). Default: along the road's normals.
+
+    Attributes
+    ----------
+    normal, foot : (n, d)
+        Normals of the planes, and a point of each: the road's nearest, in the end.
+    anchor : (n, d)
+        Points of the road where nodes stick.
+    gap : (n,)
+        Distances to the road at the last look; 0 at nodes that touch once all is settled.
+    distances : list of float
+        At every look, how far nodes that touch were from the road, or others below it.
+    """
+
+    def __init__(
+        self,
+        road: Any,
+        at: np.ndarray,
+        sticking: np.ndarray | None,
+        softness: np.ndarray,
+        near: float,
+        since: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
+    ):
+        self.road, self.softness, self.near, self.since = road, softness.copy(), near, since
+        self.gap, self.normal, self.foot = road.closest(at)
+        self.anchor, self._anchor_normal = self.foot, self.normal
+        if sticking is not None:
+            self.anchor = road.closest(sticking)[2]
+            self._anchor_normal = road.closest(self.anchor)[1]
+        self.distances: list[float] = []
+        self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH)
+        self._lean = np.zeros(at.shape)  # of the planes off the road's own normals
+
+    def gaps(self, points: np.ndarray) -> np.ndarray:
+        """Distances (n,) of points (n, d) to the planes."""
+        return np.einsum("ca,ca->c", self.normal, points - self.foot)
+
+    def follow(self, at: np.ndarray, status: np.ndarray, pressure: np.ndarray, steady: float) -> bool:
+        """Lay the planes where the nodes are now.
+
+        Parameters
+        ----------
+        at : (n, d)
+            Positions that the contact problem has found.
+        status, pressure : (n,)
+            What the nodes do, and their pressure forces.
+        steady : float
+            Turn of a normal that does not matter.
+
+        Returns
+        -------
+        bool
+            True, and the planes stay, if the nodes were on the road and the normals steady.
+        """
+        touching = np.flatnonzero(status != FREE)
+        self.gap, normal, foot = self._look(at, status, self.softness * pressure)
+        if self.since is not None:
+            self._lean[touching] = _working(touching, *self.since, normal, foot, self.near) - normal[touching]
+            normal[touching] += self._lean[touching]
+        before, self._turn = self._turn, normal - self.normal
+        self.softness *= _rescaled(before, self._turn)
+        above = np.delete(self.gap, touching)
+        self.distances.append(max(np.abs(self.gap[touching]).max(initial=0.0), -above.min(initial=0.0)))
+        turned = np.abs(self._turn[touching]).max(initial=0.0)
+        if turned <= steady and self.distances[-1] <= self.near:
+            self.gap[touching] = 0.0
+            self.gap = np.maximum(self.gap, 0.0)
+            return True
+        if not np.array_equal(status, self._status):
+            self._anderson.forget()
+        self._status = status.copy()
+        places = np.stack([normal[touching], foot[touching]])
+        normal[touching], foot[touching] = self._anderson.combine(self._turn[touching], places)
+        self.normal, self.foot = normal / np.linalg.norm(normal, axis=1, keepdims=True), foot
+        return False
+
+    def _look(
+        self, at: np.ndarray, status: np.ndarray, depth: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return gap (n,), and normal and nearest point (n, d) of the road.
+
+        Nodes that stick are at their anchors. Touching nodes are seen from `depth` (n,) below where that
+        turns the normal less.
+        """
+        n, sticks, touching = len(at), status == STICK, np.flatnonzero(status != FREE)
+        seen = np.where(sticks[:, None], self.anchor, at)[touching]
+        last = (self.normal - self._lean)[touching]
+        both = self.road.closest(np.concatenate([at, seen - depth[touching, None] * last]))
+        gap, normal, foot = (values[:n] for values in both)
+        below, foot_below = both[1][n:], both[2][n:]
+        normal[sticks], foot[sticks] = self._anchor_normal[sticks], self.anchor[sticks]
+        steadier = np.sum((below - last) ** 2, axis=1) < np.sum((normal[touching] - last) ** 2, axis=1)
+        normal[touching[steadier]], foot[touching[steadier]] = below[steadier], foot_below[steadier]
+        return gap, normal, foot
+
+
+def _working(
+    touching: np.ndarray,
+    gap: np.ndarray,
+    before: np.ndarray,
+    was: np.ndarray,
+    normal: np.ndarray,
+    foot: np.ndarray,
+    near: float,
+) -> np.ndarray:
+    """Return the unit normals (k, d) of (1) for the nodes that touch (k,).
+
+    From gaps (n,), normals and positions (n, d) at the beginning of a step to normals and feet at its end.
+    """
+    mean, way = (normal + before)[touching] / 2, (foot - was)[touching]
+    missing = -gap[touching] - np.einsum("ca,ca->c", mean, way)
+    square = np.einsum("ca,ca->c", way, way)
+    far = square > (1e6 * near) ** 2  # else rounding would turn it
+    mean[far] += (missing[far] / square[far])[:, None] * way[far]
+    return mean / np.linalg.norm(mean, axis=1, keepdims=True)
+
+
+def _rescaled(before: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Return factors (n,) on the softness that would have made the last turn (n, d) of each the only one."""
+    square = np.einsum("ca,ca->c", before, before)
+    ratio = np.einsum("ca,ca->c", turn, before) / np.where(square > 0.0, square, 1.0)
+    return np.clip(1.0 - ratio, 0.5, 2.0)

@@ -1,0 +1,1 @@
+"""Bodies in motion: time integrators with exact contact at the end of each step."""

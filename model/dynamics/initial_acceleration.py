@@ -1,0 +1,73 @@
+"""Consistent initial acceleration, also for a body that starts in contact.
+
+    M a = load - K u - C v + contact forces,                                                           (1)
+
+where a node that touches (g = 0) must not accelerate into the road, sticks if it is at rest and slips against
+its velocity if it is not. That is the contact problem once more: with M/epsilon for a matrix and the change
+of velocity epsilon a for a displacement, the normal velocity for a gap and -v for the place where a node
+sticks. A node that starts on the road with a velocity into it gets none of that impact here: its acceleration
+is then >= 0.
+"""
+
+from typing import Any
+
+import numpy as np
+from scipy.sparse import diags_array
+from scipy.sparse.linalg import cg
+
+from model.dynamics.contact_update import confirm_contact
+from model.dynamics.moving_body import MovingBody
+from model.problem.contact_problem import ContactProblem
+from model.solvers.contact_solver import ContactSolver
+
+
+def consistent_acceleration(
+    body: MovingBody, u: np.ndarray, v: np.ndarray, gap: np.ndarray, normal: np.ndarray, dt: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Accelerations and contact forces at the start.
+
+    Parameters
+    ----------
+    body : MovingBody
+    u, v : (N, d)
+        Initial displacement and velocity.
+    gap, normal : (n,), (n, d)
+        Of the candidates at u; gaps of those that touch exactly 0.
+    dt : float
+        Time step; only its size matters.
+
+    Returns
+    -------
+    acceleration (N, d), contact force (n, d), status (n,)
+    """
+    r = body.missing_force(0.0, u, v)
+    force, status = np.zeros(normal.shape), np.zeros(gap.size, dtype=np.int8)
+    touching = np.flatnonzero(gap == 0.0)
+    if touching.size == 0:
+        return mass_inverse(body.M, r), force, status
+    nodes = body.contact_nodes[touching]
+    epsilon = 2.0**-20 * dt
+    leaving = np.maximum(np.einsum("ca,ca->c", normal[touching], v[nodes]), 0.0)
+    problem = ContactProblem(
+        body.M / epsilon, r, body.coordinates, nodes, normal[touching], leaving, body.friction, -v[nodes]
+    )
+    solver = ContactSolver(problem, "direct", progress=False)
+    solution = solver.solve(tolerance=1e-12)
+    law = None if problem.friction is None else problem.friction.address  # type: ignore[union-attr]
+    rate = np.empty(touching.size)
+    change, pushes, decided = solution.displacement, solution.contact_force, solution.status
+    if not confirm_contact(solver.loop.contact, change, pushes, law, decided, rate):
+        return mass_inverse(body.M, r), force, status
+    force[touching], status[touching] = pushes, decided
+    return change / epsilon, force, status
+
+
+def mass_inverse(M: Any, r: np.ndarray) -> np.ndarray:
+    """Solve M a = r for a (N, d), by conjugate gradients from the lumped solution; 0 where no mass is."""
+    massless = M.diagonal() == 0.0
+    diagonal = np.where(massless, 1.0, M.diagonal())
+    lumped = M @ np.ones(r.size)
+    force = np.where(massless, 0.0, r.ravel())
+    guess = force / np.where(lumped > 0.0, lumped, diagonal)
+    a, _ = cg(M, force, guess, rtol=1e-15, maxiter=300, M=diags_array(1.0 / diagonal))
+    return a.reshape(r.shape)

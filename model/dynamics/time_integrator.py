@@ -1,0 +1,362 @@
+"""What all time integrators share: the state, the start, and one contact problem a step.
+
+Every scheme guesses the end of the step, and the contact loop finds the departure from the guess:
+
+    A e = b + contact forces,    g(guess) + n . e >= 0,                                                (1)
+
+with A constant, b the force that is missing at the guess, and sticking where e brings a node back to where it
+was. So the loop sees forces and small displacements, whatever dt and however far the body has travelled.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from model.dynamics.contact_update import advance, confirm_contact, contact_work, forget_rounding
+from model.dynamics.initial_acceleration import consistent_acceleration
+from model.dynamics.moving_body import MovingBody
+from model.node_loop.contact_sweep import SLIP
+from model.problem.contact_problem import ContactProblem
+from model.solvers.contact_solver import ContactSolver
+from model.solvers.convergence_record import Record
+from model.solvers.static_condensation import Condensation
+
+LIMIT = 100_000  # residual tests in one step
+
+
+@dataclass
+class Work:
+    """What the forces did in one step, by the mean force that the scheme works with.
+
+    Attributes
+    ----------
+    normal, friction : float
+        Work of the road on the body along the normals and along the surface.
+    damping : float
+        Work of the damping forces, never positive.
+    load : float
+        Work of changing loads beyond that of the scheme's mean load.
+    impulse : (d,)
+        Impulse of the road.
+    own : float
+        What the scheme says its own step adds to the energy; NaN if it has no closed form.
+    """
+
+    normal: float = 0.0
+    friction: float = 0.0
+    damping: float = 0.0
+    load: float = 0.0
+    impulse: Any = 0.0
+    own: float = 0.0
+
+
+@dataclass
+class State:
+    """Where a body is after a step; N nodes, n of which may touch, d dimensions.
+
+    Attributes
+    ----------
+    step : int
+    time : float
+    displacement, velocity, acceleration : (N, d)
+    contact_force : (n, d)
+        Of the road on the body.
+    gap : (n,)
+        Distance to the road, >= 0, exactly 0 in contact.
+    status : (n,)
+        0 free, 1 slip (and every frictionless contact), 2 stick.
+    mean_force : (n, d)
+        The scheme's mean contact force over the step.
+    work : Work
+        What was done in the step that ended here.
+    residual : float
+        Natural residual of the step.
+    cycles : int
+        Corrections made beyond the first.
+    count : int
+        Nodes that touch.
+    seconds : float
+        Time that the step took.
+    memory : (n, d)
+        What else a scheme remembers at the nodes that may touch.
+    """
+
+    step: int
+    time: float
+    displacement: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    contact_force: np.ndarray
+    gap: np.ndarray
+    status: np.ndarray
+    mean_force: np.ndarray
+    work: Work = field(default_factory=Work)
+    residual: float = 0.0
+    cycles: int = 0
+    count: int = 0
+    seconds: float = 0.0
+    memory: np.ndarray | None = None
+
+
+@dataclass
+class Touch:
+    """How a step's contact problem ended.
+
+    Attributes
+    ----------
+    departure : (N, d)
+        From the guess.
+    force : (n, d)
+        Of the road on the body.
+    status, gap : (n,)
+    count : int
+        Nodes that touch.
+    residual : float
+    cycles : int
+    """
+
+    departure: np.ndarray
+    force: np.ndarray
+    status: np.ndarray
+    gap: np.ndarray
+    count: int
+    residual: float
+    cycles: int
+
+
+class StepSolver:
+    """The contact problem (1) of every step, with one matrix and what can be kept of it.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+        Its matrix, symmetric positive definite, candidates and friction law.
+    correction : str
+        As for `ContactSolver`.
+    tolerance : float
+        Natural residual of each step; where a step moves so far that rounding alone causes more, what
+        rounding causes is good enough.
+    slip_rate : float
+        1/dt, which makes speeds of slips.
+    """
+
+    def __init__(self, problem: ContactProblem, correction: str, tolerance: float, slip_rate: float):
+        solver = ContactSolver(problem, correction, progress=False)
+        self.tolerance, self.slip_rate = tolerance, slip_rate
+        self.loop, self.correction = solver.loop, solver.correction
+        self._rounding = 5e-16 * float(np.abs(self.loop.A.data).max())  # of the forces, for a unit of way
+
+    def solve(
+        self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, back: np.ndarray, before: State
+    ) -> Touch:
+        """Solve for one step.
+
+        Parameters
+        ----------
+        b : (N, d)
+            Force missing at the guess.
+        gap, normal : (n,), (n, d)
+            Gap at the guess, negative where the guess penetrates, and the road's normals.
+        back : (n, d)
+            Departure that brings each candidate back to where it was at the step's beginning.
+        before : State
+            Statuses to start from.
+
+        Raises
+        ------
+        NotConverged
+            If the tolerance is not reached.
+        """
+        loop, correction = self.loop, self.correction
+        if not (normal == loop.frame[:, 0]).all():
+            loop.turn(normal)
+            correction.turn()
+        loop.slip_rate = self.slip_rate
+        slipped = None if loop.friction is None else (before.status == SLIP).astype(np.float64)
+        loop.aim(b, gap, back, slipped)
+        e, status, cycles = np.zeros(loop.shape), before.status.copy(), 0
+        if isinstance(correction, Condensation):
+            correction.improve(e, status, b.copy(), 0.1 * self.tolerance)
+        else:
+            status = loop.start(e, status)
+        residual = loop.residual(e, status)
+        if not residual <= self.tolerance:
+            first, scale = loop.sweeps, loop.load_size + float(np.linalg.norm(loop.force))
+            rounding = self._rounding * float(np.linalg.norm(e)) / (scale or 1.0)
+            record = Record(max(self.tolerance, rounding), LIMIT, lambda: loop.sweeps - first, False)
+            correction.solve(e, status, record)
+            residual, cycles = record.history[-1], record.cycles
+        after = np.empty(status.size)
+        law = None if loop.friction is None else loop.friction.address
+        count = confirm_contact(loop.contact, e, loop.force, law, status, after)
+        return Touch(e, loop.force.copy(), status, after, count, residual, cycles)
+
+
+class TimeIntegrator(ABC):
+    """A scheme that carries a body from step to step, contact exact at the end of each.
+
+    Parameters
+    ----------
+    body : MovingBody
+    dt : float
+        Time step.
+    correction : str
+        "direct" (one factorisation serves the run), or another of `ContactSolver`.
+    tolerance : float
+        Natural residual of each step.
+
+    Raises
+    ------
+    ValueError
+        If dt is not a positive finite number.
+    """
+
+    name = ""
+
+    def __init__(self, body: MovingBody, dt: float, correction: str = "direct", tolerance: float = 1e-10):
+        if not (np.isfinite(dt) and dt > 0.0):
+            raise ValueError(f"dt is {dt}, but a time step is a finite number > 0.")
+        self.body, self.dt = body, float(dt)
+        self.correction, self.tolerance = correction, tolerance
+        self.M = self.mass()
+        self.posed: Any = None  # guess, missing force and outcome of the last contact problem
+        began = perf_counter()
+        self.solvers = {"step": self.step_solver(self.effective_matrix())}
+        self.setup_seconds = perf_counter() - began
+
+    def mass(self) -> Any:
+        """Return the mass matrix that the scheme moves."""
+        return self.body.M
+
+    @abstractmethod
+    def effective_matrix(self) -> Any:
+        """Return A of (1)."""
+
+    @abstractmethod
+    def step(self, before: State) -> State:
+        """Return the state one step later; `before` stays as it is."""
+
+    def step_solver(self, A: Any, friction: bool = True) -> StepSolver:
+        """Set up the contact problems of the whole body with the matrix A."""
+        body = self.body
+        rest = np.zeros_like(body.coordinates)
+        gap, normal = body.gaps(rest)
+        problem = ContactProblem(
+            A,
+            rest,
+            body.coordinates,
+            body.contact_nodes,
+            normal,
+            np.maximum(gap, 0.0),
+            body.friction if friction else None,
+            prolongations=body.prolongations,
+        )
+        return StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt)
+
+    def start(self, displacement: np.ndarray | None = None, velocity: np.ndarray | None = None) -> State:
+        """Return the state at time 0, with accelerations and contact forces in keeping with it.
+
+        Parameters
+        ----------
+        displacement, velocity : (N, d), optional
+            Default zero.
+
+        Raises
+        ------
+        ValueError
+            If they do not fit the body or are not finite, or a node starts below the road.
+        """
+        body = self.body
+        u, v = _initial("displacement", displacement, body), _initial("velocity", velocity, body)
+        gap, normal = body.gaps(u)
+        worst = int(np.argmin(gap))
+        if not gap[worst] > -1e-12 * body.size:
+            raise ValueError(
+                f"Node {body.contact_nodes[worst]} starts {-gap[worst]:g} below the road; "
+                "move the body or the road so that every gap is >= 0."
+            )
+        gap = np.where(gap < 1e-12 * body.size, 0.0, gap)
+        a, force, status = self.accelerate(u, v, gap, normal)
+        return State(0, 0.0, u, v, a, force, gap, status, force.copy(), count=int(np.count_nonzero(status)))
+
+    def accelerate(
+        self, u: np.ndarray, v: np.ndarray, gap: np.ndarray, normal: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return accelerations (N, d), contact forces (n, d) and status (n,) at the start."""
+        return consistent_acceleration(self.body, u, v, gap, normal, self.dt)
+
+    def run(self, state: State, steps: int) -> State:
+        """Return the state so many steps later; see `march` for runs that report and record."""
+        for _ in range(steps):
+            state = self.step(state)
+        return state
+
+    def touch(self, before: State, moved: np.ndarray, b: np.ndarray, solver: str = "step") -> Touch:
+        """Find the departure from the guess `before.displacement + moved` for the missing force b (N, d)."""
+        gap, normal = self.ground(before)
+        there = moved[self.body.contact_nodes]
+        advance(gap, normal, there)
+        touch = self.solvers[solver].solve(b, gap, normal, -there, before)
+        self.posed = moved, b, touch
+        return touch
+
+    def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Gap (n,) and normal (n, d) under the body; gaps of nodes that touch are 0, whatever rounding."""
+        gap, normal = self.body.gaps(state.displacement)
+        forget_rounding(gap, state.status, 1e-12 * self.body.size)
+        return gap, normal
+
+    def after(self, before: State, touch: Touch, began: float, **fields: Any) -> State:
+        """Return the state that ends a step begun at perf_counter() = `began`."""
+        return State(
+            step=before.step + 1,
+            time=(before.step + 1) * self.dt,
+            contact_force=touch.force,
+            gap=touch.gap,
+            status=touch.status,
+            residual=touch.residual,
+            cycles=touch.cycles,
+            count=touch.count,
+            seconds=perf_counter() - began,
+            **fields,
+        )
+
+    def mean_load(self, before: State) -> np.ndarray:
+        """Nodal forces (N, d) that the scheme works with in the step after `before`."""
+        body = self.body
+        if not callable(body.load):
+            return body.load_at(before.time)
+        return 0.5 * (body.load_at(before.time) + body.load_at(before.time + self.dt))
+
+    def work(self, force: np.ndarray, change: np.ndarray, before: np.ndarray, after: np.ndarray) -> Work:
+        """Work and impulse of a mean contact force (n, d) while the body moves by `change` (N, d).
+
+        Along the normals by the gaps (n,) before and after, which are exactly 0 in contact.
+        """
+        impulse = np.zeros(force.shape[1])
+        if not force.any():
+            return Work(impulse=impulse)
+        contact = self.solvers["step"].loop.contact
+        normal, friction = contact_work(contact, force, change, after - before, impulse)
+        return Work(normal, friction, impulse=self.dt * impulse)
+
+    def damping_work(self, speed: np.ndarray, change: np.ndarray) -> float:
+        """Work of the damping forces C speed over the displacement `change`, both (N, d)."""
+        if self.body.C is None:
+            return 0.0
+        return -float(change.ravel() @ (self.body.C @ speed.ravel()))
+
+
+def _initial(name: str, values: np.ndarray | None, body: MovingBody) -> np.ndarray:
+    """Check an initial field."""
+    if values is None:
+        return np.zeros_like(body.coordinates)
+    values = np.array(values, dtype=np.float64)
+    if values.shape != body.coordinates.shape or not np.all(np.isfinite(values)):
+        raise ValueError(
+            f"The initial {name} has shape {values.shape}; it takes {body.coordinates.shape} finite numbers."
+        )
+    return values

@@ -1,0 +1,1 @@
+"""Figures of contact problems and of bodies in motion."""

@@ -1,0 +1,231 @@
+"""The node loop with its arrays.
+
+One object that relaxes, judges, and is used on fine, coarse and condensed problems alike.
+"""
+
+from math import sqrt
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from model.node_loop.blocks import BlockMatrix, diagonal_blocks, generalised_inverses, node_order
+from model.node_loop.contact_sweep import (
+    SLIP,
+    STICK,
+    Candidates,
+    contact_sweeps,
+    frames,
+    place_all_on_surface,
+)
+from model.node_loop.friction_laws import FrictionLaw
+from model.node_loop.natural_residual import natural_residual
+
+
+class NodeLoop:
+    """The contact loop on one matrix, for changing loads, gaps and stick positions.
+
+    Parameters
+    ----------
+    A : BlockMatrix
+        Matrix of N block rows of size d.
+    contact_nodes : (n,)
+        Candidates.
+    normal : (n, d)
+        Unit normals, from the road into the body.
+    friction : FrictionLaw or None
+        None compiles and runs the frictionless loop.
+    order : (N,), optional
+        The order in which nodes are visited.
+
+    Attributes
+    ----------
+    sweeps : int
+        Sweeps done so far.
+    R, force : (N, d), (n, d)
+        What is missing from equilibrium, and the admissible contact forces, at the last call of `residual`.
+    """
+
+    def __init__(
+        self, A: BlockMatrix, contact_nodes: Any, normal: Any, friction: FrictionLaw | None, order: Any = None
+    ):
+        N, d = A.indptr.size - 1, A.data.shape[1]
+        self.A, self.friction, self.shape = A, friction, (N, d)
+        self.order = node_order(order, N)
+        rows = np.arange(N)
+        self.diagonal = np.zeros((N, d, d))
+        diagonal_blocks(A, rows, self.diagonal)
+        self.inverse = np.empty_like(self.diagonal)
+        generalised_inverses(self.diagonal, rows, self.inverse)
+        self.lone = lone_unknowns(A)
+        self.loaded, self._some_lone = ~self.lone, bool(self.lone.any())
+        self.nodes = np.asarray(contact_nodes, dtype=np.int64)
+        number = np.full(N, -1, dtype=np.int32)
+        number[self.nodes] = np.arange(self.nodes.size)
+        self.number = number
+        self.turn(normal)
+        self._sweeps = contact_sweeps(d, friction is not None)
+        self._residual = natural_residual(d, friction is not None)
+        self._bound = None if friction is None else friction.address
+        self.R, self.force = np.zeros((N, d)), np.zeros((self.nodes.size, d))
+        self.sweeps, self.slip_rate = 0, 1.0
+        self.seconds_of_passes, self.passes = 0.0, 0
+
+    def turn(self, normal: np.ndarray) -> None:
+        """Set the normals (n, d) of the candidates."""
+        self.frame = frames(np.asarray(normal, dtype=np.float64))
+        self.block = np.einsum("cab,cbe,cfe->caf", self.frame, self.diagonal[self.nodes], self.frame)
+
+    def aim(
+        self,
+        b: np.ndarray,
+        gap: np.ndarray,
+        reference: np.ndarray | None = None,
+        state: np.ndarray | None = None,
+    ) -> None:
+        """Set what changes from step to step.
+
+        Load (N, d), gap (n,), stick position (n, d; global), state of slip (n,).
+        """
+        n, d = self.force.shape
+        self.b = b
+        local = (
+            np.zeros((n, d - 1))
+            if reference is None
+            else np.einsum("cab,cb->ca", self.frame[:, 1:], reference)
+        )
+        self.contact = Candidates(
+            self.nodes,
+            self.number,
+            self.frame,
+            self.block,
+            gap,
+            local,
+            np.zeros(n) if state is None else state,
+        )
+        self.load_size = length(b[self.loaded] if self._some_lone else b)
+
+    def start(self, u: np.ndarray, status: np.ndarray | None = None) -> np.ndarray:
+        """Make `u` (N, d) admissible in place: prescribed unknowns at their values, no node below the road.
+
+        Return the status (n,).
+        """
+        if self.lone.any():
+            diagonal = np.einsum("iaa->ia", self.diagonal)
+            u[self.lone] = self.b[self.lone] / diagonal[self.lone]
+        status = np.zeros(self.nodes.size, dtype=np.int8) if status is None else status.astype(np.int8)
+        place_all_on_surface(self.contact, u, status)
+        self.hold_sticking(u, status)
+        return status
+
+    def sweep(self, u: np.ndarray, status: np.ndarray, count: int = 1) -> None:
+        """Sweep `count` times over all nodes, updating u (N, d) and status (n,) in place."""
+        begin = perf_counter()
+        self._sweeps(
+            count,
+            self.A,
+            self.inverse,
+            self.b,
+            u,
+            self.order,
+            self.contact,
+            status,
+            self._bound,
+            self.slip_rate,
+        )
+        self.sweeps += count
+        self.seconds_of_passes += perf_counter() - begin
+        self.passes += count
+
+    def residual(self, u: np.ndarray, status: np.ndarray) -> float:
+        """Natural residual of `u` (N, d), dimensionless: |R| over |load| + |contact force|."""
+        begin = perf_counter()
+        self._residual(
+            self.A, self.b, u, self.contact, status, self._bound, self.slip_rate, self.R, self.force
+        )
+        missing = length(self.R)
+        self.seconds_of_passes += perf_counter() - begin
+        self.passes += 1
+        if missing == 0.0:
+            return 0.0
+        return missing / (self.load_size + length(self.force) or missing)
+
+    def sticking_place(self, numbers: np.ndarray) -> np.ndarray:
+        """Displacement (k, d) at which the given candidates stick on the road."""
+        contact = self.contact
+        tangential = np.einsum("cab,ca->cb", contact.frame[numbers, 1:], contact.reference[numbers])
+        return tangential - contact.gap[numbers, None] * contact.frame[numbers, 0]
+
+    def hold_sticking(self, u: np.ndarray, status: np.ndarray) -> None:
+        """Place sticking nodes exactly where they stick: rounding must not look like slip."""
+        held = np.flatnonzero(status == STICK)
+        u[self.nodes[held]] = self.sticking_place(held)
+
+    def gaps(self, u: np.ndarray, status: np.ndarray) -> np.ndarray:
+        """Gaps (n,) at displacement u: exactly zero at nodes in contact."""
+        gap = self.contact.gap + np.einsum("ca,ca->c", self.frame[:, 0], u[self.nodes])
+        gap[status != 0] = 0.0
+        return gap
+
+
+def length(x: np.ndarray) -> float:
+    """Euclidean norm of an array of any shape and size; quicker on small ones than numpy's."""
+    square = np.vdot(x, x)
+    if 1e-290 < square < 1e290:
+        return sqrt(square)
+    largest = float(np.abs(x).max(initial=0.0))
+    if not 0.0 < largest < np.inf:
+        return largest
+    return largest * sqrt(np.vdot(x / largest, x / largest))
+
+
+def place_on_road(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
+    """Put whatever is below the road back on it after a correction of u (N, d), to stick or to slip.
+
+    As in the loop, what a node's own stiffness makes of the way back decides: a node drawn from afar to where
+    it would stick, if it then slips, disturbs its surroundings more than the correction has mended. The
+    status (n,) is updated in place.
+    """
+    gap = loop.gaps(u, status)
+    place_all_on_surface(loop.contact, u, status)
+    back = np.flatnonzero(gap < 0.0)
+    if loop.friction is not None and back.size:
+        way = loop.sticking_place(back) - u[loop.nodes[back]]
+        way -= gap[back, None] * loop.frame[back, 0]
+        force = np.einsum("cab,cbe,ce->ca", loop.block[back], loop.frame[back], way)
+        bound = loop.friction.coefficient * force[:, 0]
+        status[back[np.linalg.norm(force[:, 1:], axis=1) <= bound]] = STICK
+    loop.hold_sticking(u, status)
+
+
+def stop_slip_that_turned(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> bool:
+    """Let nodes stick which a correction of u (N, d) has moved the way their friction force pushes.
+
+    The friction force of the last residual belongs to slip the other way; between the two lies rest. Return
+    whether there were any; the status (n,) is updated in place.
+    """
+    slipping = np.flatnonzero(status == SLIP)
+    slip = u[loop.nodes[slipping]] - loop.sticking_place(slipping)
+    tangents = loop.frame[slipping, 1:]
+    friction, slip = (np.einsum("cab,cb->ca", tangents, v) for v in (loop.force[slipping], slip))
+    turned = slipping[np.einsum("ca,ca->c", friction, slip) > 0.0]
+    status[turned] = STICK
+    return turned.size > 0
+
+
+@njit(cache=True)
+def lone_unknowns(A):
+    """Which unknowns (N, d) are alone in their row.
+
+    Prescribed ones, whose value is load over diagonal entry.
+    """
+    d = A.data.shape[1]
+    lone = np.ones((A.indptr.size - 1, d), dtype=np.bool_)
+    for i in range(lone.shape[0]):
+        for k in range(A.indptr[i], A.indptr[i + 1]):
+            for a in range(d):
+                for b in range(d):
+                    if A.data[k, a, b] != 0.0 and (a != b or A.indices[k] != i):
+                        lone[i, a] = False
+    return lone

@@ -1,0 +1,1 @@
+"""The discrete contact problem and the rigid body modes of its bodies."""

@@ -1,0 +1,216 @@
+"""The discrete contact problem.
+
+What the forms and the geometry hand to the contact loop, and what can be saved for other solvers.
+"""
+
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from scipy.sparse import bsr_array, csr_array, issparse
+
+from model.atomic_file import write_aside
+from model.node_loop.friction_laws import FrictionLaw, coulomb
+
+# What reading a damaged archive may end in.
+DAMAGE: tuple[type[Exception], ...] = (ArithmeticError, AttributeError, BadZipFile, EOFError, LookupError)
+DAMAGE += (MemoryError, OSError, RuntimeError, SyntaxError, TypeError, ValueError, zlib.error)
+
+
+@dataclass
+class ContactProblem:
+    """Find u with A u = b + contact forces, non-penetration and a friction law at every candidate node.
+
+    Units are the user's own, as long as they agree (N, mm and MPa, say). N nodes, n candidates, d = 2 or 3.
+
+    Parameters
+    ----------
+    A : sparse (N d, N d)
+        Symmetric matrix, K in statics; a prescribed unknown keeps a row and column with a lone diagonal
+        entry. Stored as `bsr_array`.
+    b : (N, d) or (N d,)
+        Nodal forces; diagonal entry times prescribed value at a prescribed unknown.
+    coordinates : (N, d)
+        Node positions, used for reports and to see which rigid motions are left to the contact.
+    contact_nodes : (n,)
+        Candidates, in any order, each once.
+    normal : (n, d)
+        Unit normals, from the road into the body.
+    gap : (n,)
+        Distance to the road along the normal at zero displacement, >= 0.
+    friction : FrictionLaw, float or None
+        A law, Coulomb's coefficient, or None for a frictionless road; kept as FrictionLaw or None.
+    tangential_reference : (n, d), optional
+        Displacement at which a node sticks; only its tangential part counts. Default zero.
+    prolongations : sequence of sparse, optional
+        Nested meshes, finest first: prolongations[0] is (N, N_1), [1] is (N_1, N_2). Needed by geometric
+        multigrid only.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not agree, a value is not finite, normals are not unit vectors, there are no candidates,
+        or a candidate starts below the road.
+    """
+
+    A: Any
+    b: np.ndarray
+    coordinates: np.ndarray
+    contact_nodes: np.ndarray
+    normal: np.ndarray
+    gap: np.ndarray
+    friction: Any = None
+    tangential_reference: np.ndarray | None = None
+    prolongations: Any = ()
+    dim: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Check at the door, so that the loop need not."""
+        self.coordinates = _finite("coordinates", np.atleast_2d(self.coordinates))
+        N, self.dim = self.coordinates.shape
+        d = self.dim
+        if d not in (2, 3):
+            raise ValueError(f"coordinates has {d} columns, but bodies have 2 or 3 dimensions.")
+        if not issparse(self.A) or self.A.shape != (N * d, N * d):
+            raise ValueError(
+                f"A must be a sparse ({N * d}, {N * d}) matrix for {N} nodes in {d}-D, "
+                f"but is {_describe(self.A)}."
+            )
+        self.A = bsr_array(self.A, blocksize=(d, d))
+        self.A.sort_indices()
+        _finite("A", self.A.data)
+        self.b = shaped("b", self.b, (N, d))
+        self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
+        n = self.contact_nodes.size
+        if n == 0:
+            raise ValueError(
+                "contact_nodes is empty, but a contact problem needs at least one candidate node."
+            )
+        if (
+            self.contact_nodes.min() < 0
+            or self.contact_nodes.max() >= N
+            or np.unique(self.contact_nodes).size < n
+        ):
+            raise ValueError(f"contact_nodes must name different nodes from 0 to {N - 1}, each once.")
+        self.normal = shaped("normal", self.normal, (n, d))
+        lengths = np.linalg.norm(self.normal, axis=1)
+        worst = lengths[np.argmax(np.abs(lengths - 1.0))]
+        if abs(worst - 1.0) > 1e-9:
+            raise ValueError(f"normal must hold unit vectors, but one has length {worst:g}.")
+        self.gap = self.checked_gap(self.gap)
+        if self.friction is not None and not isinstance(self.friction, FrictionLaw):
+            self.friction = coulomb(self.friction)
+        reference = np.zeros((n, d)) if self.tangential_reference is None else self.tangential_reference
+        self.tangential_reference = shaped("tangential_reference", reference, (n, d))
+        self.prolongations = tuple(csr_array(P) for P in self.prolongations)
+        rows = N
+        for level, P in enumerate(self.prolongations):
+            if P.shape[0] != rows:
+                raise ValueError(
+                    f"prolongations[{level}] has {P.shape[0]} rows, but the finer mesh has {rows} nodes."
+                )
+            rows = P.shape[1]
+
+    @property
+    def friction_coefficient(self) -> float:
+        """Coefficient of friction at rest; 0 without friction."""
+        return self.friction.coefficient if isinstance(self.friction, FrictionLaw) else 0.0
+
+    def checked_gap(self, gap: np.ndarray) -> np.ndarray:
+        """Return `gap` (n,) with rounding errors below zero cut off.
+
+        Refuse nodes that truly start below the road.
+
+        Raises
+        ------
+        ValueError
+            If a gap is not finite, or negative by more than rounding.
+        """
+        gap = shaped("gap", gap, (self.contact_nodes.size,))
+        size = np.abs(self.coordinates).max() + np.ptp(self.coordinates, axis=0).max()
+        worst = int(np.argmin(gap))
+        if gap[worst] < -1e-12 * size:
+            raise ValueError(
+                f"Node {self.contact_nodes[worst]} starts {-gap[worst]:g} below the road; "
+                "move the body or the road so that every gap is >= 0."
+            )
+        return np.maximum(gap, 0.0)
+
+    def save(self, path: str | Path, solution: Any = None) -> None:
+        """Write the problem, and the solution if given, to one `.npz` file that any other solver can read.
+
+        Keys: indptr, indices, data (scalar CSR of A, unknowns interleaved), load, coordinates, contact_nodes,
+        normal, gap, friction_coefficient, tangential_reference, and with a solution displacement (N, d) and
+        contact_force (n, d).
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, replaced only when the new one is whole.
+        solution : Solution, optional
+            What `solve` returned.
+        """
+        A = self.A.tocsr()
+        arrays = {
+            "indptr": A.indptr,
+            "indices": A.indices,
+            "data": A.data,
+            "load": self.b.ravel(),
+            "coordinates": self.coordinates,
+            "contact_nodes": self.contact_nodes,
+            "normal": self.normal,
+            "gap": self.gap,
+            "friction_coefficient": np.float64(self.friction_coefficient),
+            "tangential_reference": self.tangential_reference,
+        }
+        if solution is not None:
+            arrays |= {"displacement": solution.displacement, "contact_force": solution.contact_force}
+        with write_aside(path) as aside, open(aside, "wb") as file:
+            np.savez_compressed(file, **arrays)
+
+    @classmethod
+    def load(cls, path: str | Path) -> "ContactProblem":
+        """Read what `save` wrote; the friction law is Coulomb's, and nothing in the file is executed.
+
+        Raises
+        ------
+        ValueError
+            If the file is not a problem saved by `save`.
+        FileNotFoundError
+            If there is no such file.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                A = csr_array((file["data"], file["indices"], file["indptr"]))
+                mu = float(file["friction_coefficient"])
+                names = ("coordinates", "contact_nodes", "normal", "gap", "tangential_reference")
+                arrays = {"b": file["load"]} | {name: file[name] for name in names}
+        except FileNotFoundError:
+            raise
+        except DAMAGE as error:
+            raise ValueError(
+                f"{path} is not a contact problem saved by ContactProblem.save: {error}."
+            ) from None
+        return cls(A=A, friction=mu if mu > 0.0 else None, **arrays)
+
+
+def _describe(A: Any) -> str:
+    return f"a {type(A).__name__} of shape {getattr(A, 'shape', None)}"
+
+
+def _finite(name: str, values: np.ndarray) -> np.ndarray:
+    values = np.asarray(values, dtype=np.float64)
+    if not np.all(np.isfinite(values)):
+        raise ValueError(f"{name} holds {values[~np.isfinite(values)][0]}, but every value must be finite.")
+    return values
+
+
+def shaped(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Return the values as finite numbers in that shape, or refuse them."""
+    values = _finite(name, values)
+    if values.size != np.prod(shape):
+        raise ValueError(f"{name} has shape {values.shape}, but {shape} is needed.")
+    return values.reshape(shape)

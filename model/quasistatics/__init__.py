@@ -1,0 +1,1 @@
+"""Static solutions and load paths, on flat and curved roads."""

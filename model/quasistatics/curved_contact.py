@@ -1,0 +1,162 @@
+"""Static contact with a road that is not flat: the same solver, on planes that follow the nodes."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from model.curved.tangent_planes import RoadPlanes
+from model.node_loop.contact_sweep import FREE, SLIP
+from model.solvers.contact_solver import ContactSolver, Solution
+from model.solvers.convergence_record import NotConverged, Record
+
+ON_ROAD = 1e-12  # of the body's size: a node so near to the road is on it
+ROUNDS = 200
+
+
+class CurvedContact:
+    """A contact problem on a curved road.
+
+    >>> pressed = BodyOnRoad(elasticity, system, road, "arc")  # doctest: +SKIP
+    >>> solution = CurvedContact(ContactSolver(pressed.problem), pressed.points).solve(road)  # doctest: +SKIP
+
+    Parameters
+    ----------
+    solver : ContactSolver
+        Of the problem with the road's normals and gaps at the start; what it keeps serves all rounds and
+        loads.
+    points : (n, d)
+        Positions of the candidates at zero displacement.
+
+    Attributes
+    ----------
+    normal, foot : (n, d)
+        Normals and nearest points of the road at the last solution.
+    distances : list of float
+        After each round of the last solution, how far nodes that touched were from the road, or others
+        below it.
+    """
+
+    def __init__(self, solver: ContactSolver, points: np.ndarray):
+        self.solver, self.points = solver, np.asarray(points, dtype=np.float64)
+        self.size = float(np.ptp(solver.problem.coordinates, axis=0).max())
+        self.normal = solver.problem.normal
+        self.foot = self.points - solver.problem.gap[:, None] * self.normal
+        self.distances: list[float] = []
+
+    def solve(
+        self,
+        road: Any,
+        tangential_reference: np.ndarray | None = None,
+        start: np.ndarray | None = None,
+        tolerance: float = 1e-10,
+        **options: Any,
+    ) -> Solution:
+        """Solve for one load and one place of the road.
+
+        Parameters
+        ----------
+        road : Road
+            Its `closest(points)` returns gap, normal and closest point.
+        tangential_reference : (n, d), optional
+            Displacement from which nodes stick: to the point of the road nearest to them then. Default
+            the problem's. Where a road moves, add what it moved in the step.
+        start : (N, d), optional
+            First guess; default zero.
+        tolerance : float
+            Natural residual to reach; normals are found to ten times that.
+        **options
+            Further arguments of `ContactSolver.solve`, but `gap`.
+
+        Returns
+        -------
+        Solution
+            Its gaps are distances to the road itself; its sweeps, cycles, work and seconds are those of
+            all rounds.
+
+        Raises
+        ------
+        NotConverged
+            If a round does not converge, or the rounds come to no end.
+        """
+        solver, points, nodes = self.solver, self.points, self.solver.problem.contact_nodes
+        reference = (
+            solver.problem.tangential_reference if tangential_reference is None else tangential_reference
+        )
+        at = points if start is None else points + start[nodes]
+        sticking = None if solver.loop.friction is None else points + reference
+        planes = RoadPlanes(road, at, sticking, softness(solver.loop), ON_ROAD * self.size)
+        self.distances = planes.distances
+        rounds: list[Solution] = []
+        options["start"] = start
+        while len(rounds) < ROUNDS:
+            solver.turn(planes.normal, planes.gaps(points))
+            solution = solver.solve(
+                tangential_reference=planes.anchor - points, tolerance=tolerance, **options
+            )
+            rounds.append(solution)
+            u, status = solution.displacement, solution.status
+            nothing_to_do = solution.history.size == 1
+            steady = np.inf if nothing_to_do else 10 * tolerance
+            if planes.follow(points + u[nodes], status, solution.pressure_force, steady):
+                self.normal, self.foot = planes.normal, planes.foot
+                return _all_rounds(rounds, planes.gap)
+            guess, touching = u.copy(), status != FREE
+            guess[nodes[touching]] = (planes.foot - points)[touching]
+            options |= {"start": guess, "start_status": status}
+        raise NotConverged(
+            f"No convergence on the curved road: after {ROUNDS} rounds nodes are {self.distances[-1]:.1e} "
+            "off it, or their forces still turn; take smaller load steps, or refine the body where the road "
+            "is sharper than its elements.",
+            Record(
+                tolerance,
+                ROUNDS,
+                lambda: sum(s.sweeps for s in rounds),
+                progress=False,
+                history=self.distances,
+                cycles=sum(s.cycles for s in rounds),
+            ),
+        )
+
+    def follow(
+        self, road: Any, steps: Iterable[tuple[float, np.ndarray]], **options: Any
+    ) -> Iterator[Solution]:
+        """Solve for one time after the other: nodes stick where they were, and go where the road goes.
+
+        Parameters
+        ----------
+        road : MovingRoad
+            Its `at(time)` is the road at a time, `displacement(time)` (d,) how far it has moved since time 0.
+        steps : iterable of (time, load (N, d))
+        **options
+            Further arguments of `solve`.
+
+        Yields
+        ------
+        Solution
+            One a step.
+        """
+        nodes, reference = self.solver.problem.contact_nodes, self.solver.problem.tangential_reference
+        moved = np.zeros(self.points.shape[1])
+        for time, b in steps:
+            way, moved = road.displacement(time) - moved, road.displacement(time)
+            solution = self.solve(road.at(time), tangential_reference=reference + way, b=b, **options)
+            yield solution
+            reference = solution.displacement[nodes]
+            options |= {"start": solution.displacement, "start_status": solution.status}
+            self.solver.state = np.asarray(solution.status == SLIP, dtype=np.float64)
+
+
+def softness(loop: Any) -> np.ndarray:
+    """How far each candidate of a loop moves by a unit of force with its neighbours held, (n,)."""
+    return 1.0 / np.einsum("caa->ca", loop.diagonal[loop.nodes]).mean(axis=1)
+
+
+def _all_rounds(rounds: list[Solution], gap: np.ndarray) -> Solution:
+    """Return the last solution with the gaps (n,) to the road, and what all rounds cost."""
+    total = {
+        name: sum(getattr(s, name) for s in rounds)
+        for name in ("sweeps", "cycles", "work_units", "seconds", "setup_seconds")
+    }
+    return replace(rounds[-1], gap=gap, **total)

@@ -1,0 +1,1 @@
+"""Runs in time: time loop, history, contact events, energy balance, checkpoints."""

@@ -1,0 +1,114 @@
+"""Checkpoints: stop a run, and go on later to the last bit as if it had not stopped."""
+
+from dataclasses import fields
+from hashlib import sha256
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from model.atomic_file import write_aside
+from model.dynamics.time_integrator import State, TimeIntegrator, Work
+from model.recording.history import History
+from model.solvers.static_condensation import Condensation
+
+
+def save_checkpoint(
+    path: str | Path, integrator: TimeIntegrator, state: State, history: History | None = None
+) -> None:
+    """Write all that the run needs to go on, replacing an earlier checkpoint once the new one is whole.
+
+    Parameters
+    ----------
+    path : str or Path
+        An `.npz` file without pickles.
+    integrator : TimeIntegrator
+    state : State
+    history : History, optional
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be written.
+    """
+    arrays = {"run": np.array(fingerprint(integrator))}
+    for field in fields(State):
+        if field.name != "work" and getattr(state, field.name) is not None:
+            arrays[f"state_{field.name}"] = np.asarray(getattr(state, field.name))
+    for field in fields(Work):
+        arrays[f"work_{field.name}"] = np.asarray(getattr(state.work, field.name))
+    for name, solver in integrator.solvers.items():
+        if isinstance(solver.correction, Condensation):
+            batches = solver.correction.batches
+            arrays[f"known_{name}"] = np.concatenate([np.zeros(0, dtype=np.int64), *batches])
+            arrays[f"batches_{name}"] = np.array([batch.size for batch in batches], dtype=np.int64)
+    if history is not None:
+        arrays |= {f"history_{name}": values for name, values in history.saved().items()}
+    with write_aside(path) as aside, open(aside, "wb") as file:
+        np.savez(file, **arrays)  # type: ignore[arg-type]
+
+
+def load_checkpoint(path: str | Path, integrator: TimeIntegrator, history: History | None = None) -> State:
+    """Read a checkpoint; integrator and history go on from it.
+
+    Parameters
+    ----------
+    path : str or Path
+    integrator : TimeIntegrator
+        Set up as for the run that was stopped.
+    history : History, optional
+        Likewise; its rows are replaced by those of the checkpoint.
+
+    Returns
+    -------
+    State
+
+    Raises
+    ------
+    ValueError
+        If the file is no checkpoint, or one of another run.
+    FileNotFoundError
+        If there is no such file.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        run = str(arrays["run"])
+        if run != fingerprint(integrator):
+            raise ValueError(f"it is of another run ({run.split()[0]})")
+        values = {name[6:]: value for name, value in arrays.items() if name.startswith("state_")}
+        work = {name[5:]: value for name, value in arrays.items() if name.startswith("work_")}
+        impulse = work.pop("impulse")
+        state = State(
+            **{name: value[()] if value.ndim == 0 else value for name, value in values.items()},
+            work=Work(**{name: float(value) for name, value in work.items()}, impulse=impulse),
+        )
+        for name in ("step", "count", "cycles"):
+            setattr(state, name, int(getattr(state, name)))
+        for name in ("time", "residual", "seconds"):
+            setattr(state, name, float(getattr(state, name)))
+        if history is not None:
+            prefix = "history_"
+            history.restore(
+                {name[len(prefix) :]: v for name, v in arrays.items() if name.startswith(prefix)}, state
+            )
+        for name, solver in integrator.solvers.items():
+            if isinstance(solver.correction, Condensation):
+                ends = np.cumsum(arrays[f"batches_{name}"])[:-1]
+                known = arrays[f"known_{name}"]
+                solver.correction.recall(np.split(known, ends) if known.size else [])
+    except FileNotFoundError:
+        raise
+    except (OSError, KeyError, ValueError, BadZipFile, EOFError, TypeError, IndexError) as error:
+        raise ValueError(f"{path} is no checkpoint of this run: {error}.") from None
+    return state
+
+
+def fingerprint(integrator: TimeIntegrator) -> str:
+    """Name what must be the same for a run to go on: scheme, matrix, candidates, load, friction, step."""
+    digest = sha256()
+    body, loop = integrator.body, integrator.solvers["step"].loop
+    for values in (loop.A.indptr, loop.A.indices, loop.A.data, body.contact_nodes, body.load_at(0.0)):
+        digest.update(np.ascontiguousarray(values).tobytes())
+    digest.update(f"{integrator.dt!r} {loop.friction!r} {integrator.tolerance!r}".encode())
+    return f"{type(integrator).__name__} {digest.hexdigest()}"

@@ -1,0 +1,113 @@
+"""The energy and momentum of a run, accounted for step by step.
+
+With E = kinetic + strain + load potential,
+
+    gain = change of E + dissipated by damping and friction - work of changing loads            (1)
+
+is what the integrator itself adds in a step: the road is rigid and at rest, so that exact contact does no
+work. What a scheme's closed form says of its own gain is kept beside it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.dynamics.time_integrator import State, TimeIntegrator
+
+
+@dataclass
+class Entry:
+    """The books after a step; energies in J (per thickness in the plane), momenta in N s.
+
+    Attributes
+    ----------
+    kinetic, strain, potential : float
+        Potential of the loads included, - load . u.
+    damping, friction : float
+        Dissipated so far.
+    contact_work : float
+        Work of the road along its normals so far, by the forces that the scheme works with.
+    load_work : float
+        Put in so far by loads that change.
+    gain : float
+        What the integrator added in this step, (1).
+    own : float
+        What its closed form says of that; NaN where there is none.
+    total : float
+        Energy with all that was dissipated, less what changing loads put in: it changes by `gain`.
+    momentum : (d,)
+    momentum_error : float
+        Change of momentum not explained by the impulses of loads and road; NaN for a body on supports.
+    """
+
+    kinetic: float
+    strain: float
+    potential: float
+    damping: float
+    friction: float
+    contact_work: float
+    load_work: float
+    gain: float
+    own: float
+    total: float
+    momentum: np.ndarray
+    momentum_error: float
+
+
+class Ledger:
+    """Keeps the books of one integrator.
+
+    Parameters
+    ----------
+    integrator : TimeIntegrator
+    state : State
+        Where the run starts, or goes on.
+    entry : Entry, optional
+        The last entry of the run that goes on.
+    """
+
+    def __init__(self, integrator: TimeIntegrator, state: State, entry: Entry | None = None):
+        self.integrator = integrator
+        self.entry = self._opening(state) if entry is None else entry
+
+    def close(self, before: State, after: State) -> Entry:
+        """Return, and keep as the last, the entry of the step from `before` to `after`."""
+        integrator, last, work = self.integrator, self.entry, after.work
+        entry = self._opening(after)
+        entry.damping = last.damping - work.damping
+        entry.friction = last.friction - work.friction
+        entry.contact_work = last.contact_work + work.normal
+        change = after.displacement - before.displacement
+        load = integrator.mean_load(before)
+        entry.load_work = last.load_work
+        if callable(integrator.body.load):
+            entry.load_work += entry.potential - last.potential + float(np.vdot(load, change)) + work.load
+        entry.total = entry.kinetic + entry.strain + entry.potential
+        entry.total += entry.damping + entry.friction - entry.load_work
+        entry.gain, entry.own = entry.total - last.total, work.own
+        impulse = integrator.dt * load.sum(axis=0) + work.impulse
+        if integrator.body.floats:
+            entry.momentum_error = float(np.abs(entry.momentum - last.momentum - impulse).max())
+        self.entry = entry
+        return entry
+
+    def _opening(self, state: State) -> Entry:
+        body = self.integrator.body
+        momenta = (self.integrator.M @ state.velocity.ravel()).reshape(state.velocity.shape)
+        kinetic, strain, potential = energies(self.integrator, state)
+        total = kinetic + strain + potential
+        error = 0.0 if body.floats else np.nan
+        momentum = np.where(body.prescribed, 0.0, momenta).sum(axis=0)
+        return Entry(kinetic, strain, potential, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, total, momentum, error)
+
+
+def energies(integrator: TimeIntegrator, state: State) -> tuple[float, float, float]:
+    """Kinetic, strain and load energy of a state."""
+    body, v = integrator.body, state.velocity.ravel()
+    potential = -float(np.vdot(body.load_at(state.time), state.displacement))
+    return 0.5 * float(v @ (integrator.M @ v)), body.strain_energy(state.displacement), potential
+
+
+def total_energy(integrator: TimeIntegrator, state: State) -> float:
+    """Their sum."""
+    return sum(energies(integrator, state))

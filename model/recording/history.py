@@ -1,0 +1,222 @@
+"""Histories of a run: a row a step, readable at any moment, and the events at the nodes."""
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from model.atomic_file import write_aside
+from model.dynamics.time_integrator import State, TimeIntegrator
+from model.node_loop.contact_sweep import STICK
+from model.recording.contact_events import Event, events
+from model.recording.energy_balance import Entry, Ledger
+from model.recording.wave_resolution import Resolution
+
+AXES = "xyz"
+LOOK = 10  # contact steps from one look at the resolution to the next
+
+
+class History:
+    """Records every step of a run.
+
+    >>> history = History(scheme, state, {"A": node}, "history.csv")  # doctest: +SKIP
+    >>> for state in march(scheme, state, 100, history):  # doctest: +SKIP
+    ...     ...
+    >>> history["u_y(A)"]  # doctest: +SKIP
+
+    Columns: step, time, contacts, sticking, the entries of the ledger (see `Entry`), force_x and so on (of
+    the road on the body), lowest_gap, lowest_pressure (a nodal force), cone (largest |tau| - mu p), residual,
+    cycles, seconds, and for each point NAME displacement u_x(NAME), velocity v_x(NAME), contact force
+    f_x(NAME) and so on.
+
+    Parameters
+    ----------
+    integrator : TimeIntegrator
+    state : State
+        Where the run starts.
+    points : dict
+        Nodes to follow, by name.
+    path : str or Path, optional
+        CSV file that grows with the run.
+
+    Attributes
+    ----------
+    events : list of Event
+    """
+
+    def __init__(
+        self,
+        integrator: TimeIntegrator,
+        state: State,
+        points: Mapping[str, int] | None = None,
+        path: str | Path | None = None,
+    ):
+        self.integrator, self.points = integrator, dict(points or {})
+        candidates = integrator.body.contact_nodes
+        self._candidate = {
+            name: int(found[0]) if (found := np.flatnonzero(candidates == node)).size else -1
+            for name, node in self.points.items()
+        }
+        self.events: list[Event] = []
+        self.resolution = Resolution(integrator)
+        self.ledger = Ledger(integrator, state)
+        self._looked = 0
+        self._file: Any = None
+        self.path = None if path is None else Path(path)
+        self.rows: list[list[float]] = []
+        first = self._row(state, self.ledger.entry)
+        self.columns = list(first)
+        self._add(list(first.values()))
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        """Return a column, a value a step and one for the start."""
+        number = self.columns.index(column)
+        return np.array([row[number] for row in self.rows])
+
+    def record(self, before: State, after: State) -> None:
+        """Take down a step."""
+        entry = self.ledger.close(before, after)
+        self.events += events(self.integrator, before, after)
+        self._add(list(self._row(after, entry).values()))
+        if after.count:
+            if self._looked % LOOK == 0:
+                self.resolution.look(after)
+            self._looked += 1
+
+    def touches(self, name: str) -> list[float]:
+        """Times at which a point touched."""
+        return [e.time for e in self.events if e.node == self.points[name] and e.kind == "touch"]
+
+    def bounces(self, apart: float) -> list[tuple[float, float, int]]:
+        """Contacts of the body as a whole; those less than `apart` in time from each other are one bounce.
+
+        Returns
+        -------
+        list of (first time in contact, last time, how often the body let go and touched again)
+        """
+        found: list[tuple[float, float, int]] = []
+        last = -np.inf
+        for time, contacts in zip(self["time"], self["contacts"]):
+            if not contacts:
+                continue
+            if found and time - last < apart:
+                begin, _, again = found[-1]
+                found[-1] = (begin, time, again + (time - last > 1.5 * self.integrator.dt))
+            else:
+                found.append((time, time, 0))
+            last = time
+        return found
+
+    def cost(self) -> dict[str, float]:
+        """Return what the run cost, set-up of the integrator included, for `Scene.cost`."""
+        integrator, seconds = self.integrator, float(self["seconds"].sum())
+        loops = [solver.loop for solver in integrator.solvers.values()]
+        seconds += integrator.setup_seconds
+        sweep = loops[0].seconds_of_passes / max(loops[0].passes, 1)
+        return {
+            "dofs": integrator.body.coordinates.size,
+            "contact_candidates": integrator.body.contact_nodes.size,
+            "sweeps": sum(loop.sweeps for loop in loops),
+            "cycles": len(self.rows) - 1 + int(self["cycles"].sum()),
+            "work_units": seconds / sweep if sweep else 0.0,
+            "solve_seconds": seconds,
+            "residual": float(self["residual"].max()),
+        }
+
+    def write(self, path: str | Path) -> None:
+        """Write all rows to a CSV file."""
+        with write_aside(path) as aside, open(aside, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(self.columns)
+            writer.writerows(self.rows)
+
+    def write_events(self, path: str | Path) -> None:
+        """Write the events to a CSV file."""
+        with write_aside(path) as aside, open(aside, "w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([Event._fields, *self.events])
+
+    def saved(self) -> dict[str, np.ndarray]:
+        """Return all that `restore` needs, as arrays."""
+        return {
+            "rows": np.array(self.rows),
+            "event_times": np.array([e.time for e in self.events]),
+            "event_nodes": np.array([e.node for e in self.events], dtype=np.int64),
+            "event_kinds": np.array([e.kind for e in self.events], dtype="U5"),
+            "resolution": np.array([self.resolution.fewest, self.resolution.at, self._looked]),
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray], state: State) -> None:
+        """Go on with the history of an earlier run that had come to `state`; a CSV file is written anew."""
+        self._close()
+        self.rows = [list(map(float, row)) for row in arrays["rows"]]
+        kinds = (arrays[f"event_{name}"].tolist() for name in ("times", "nodes", "kinds"))
+        self.events = [Event(*event) for event in zip(*kinds)]
+        self.resolution.fewest, self.resolution.at = map(float, arrays["resolution"][:2])
+        self._looked = int(arrays["resolution"][2])
+        last = dict(zip(self.columns, self.rows[-1]))
+        names = [name for name in Entry.__dataclass_fields__ if name != "momentum"]
+        momentum = np.array([last[f"momentum_{a}"] for a in AXES[: self.integrator.body.dim]])
+        self.ledger.entry = Entry(**{name: last[name] for name in names}, momentum=momentum)
+        self._stream()
+
+    def _row(self, state: State, entry: Entry) -> dict[str, float]:
+        loop, dim = self.integrator.solvers["step"].loop, self.integrator.body.dim
+        pressure = np.einsum("ca,ca->c", loop.frame[:, 0], state.contact_force)
+        row: dict[str, float] = {
+            "step": state.step,
+            "time": state.time,
+            "contacts": state.count,
+            "sticking": int(np.count_nonzero(state.status == STICK)),
+        }
+        row |= {name: value for name, value in vars(entry).items() if name != "momentum"}
+        row |= {f"momentum_{a}": float(x) for a, x in zip(AXES, entry.momentum)}
+        row |= {f"force_{a}": float(x) for a, x in zip(AXES, state.contact_force.sum(axis=0))}
+        row |= {
+            "lowest_gap": float(state.gap.min()),
+            "lowest_pressure": float(pressure.min()),
+            "cone": self._cone(state, pressure),
+            "residual": state.residual,
+            "cycles": state.cycles,
+            "seconds": state.seconds,
+        }
+        for name, node in self.points.items():
+            c = self._candidate[name]
+            force = state.contact_force[c] if c >= 0 else np.zeros(dim)
+            for letter, values in (
+                ("u", state.displacement[node]),
+                ("v", state.velocity[node]),
+                ("f", force),
+            ):
+                row |= {f"{letter}_{a}({name})": float(x) for a, x in zip(AXES, values)}
+        return row
+
+    def _cone(self, state: State, pressure: np.ndarray) -> float:
+        """Largest |tau| - mu p; only Coulomb's cone can be judged by the force alone."""
+        law = self.integrator.body.friction
+        mu = 0.0 if law is None else float(getattr(law, "coefficient", law))  # type: ignore[arg-type]
+        tangential = (
+            state.contact_force - pressure[:, None] * self.integrator.solvers["step"].loop.frame[:, 0]
+        )
+        return float((np.linalg.norm(tangential, axis=1) - mu * pressure).max())
+
+    def _add(self, row: list[float]) -> None:
+        self.rows.append(row)
+        if self.path is not None:
+            if self._file is None:
+                self._stream()
+            else:
+                csv.writer(self._file).writerow(row)
+                self._file.flush()
+
+    def _stream(self) -> None:
+        """Write the rows so far, and keep the file open for those to come."""
+        if self.path is not None:
+            self.write(self.path)
+            self._file = open(self.path, "a", newline="", encoding="utf-8")  # noqa: SIM115
+
+    def _close(self) -> None:
+        if self._file is not None:
+            self._file.close()
+            self._file = None

@@ -1,0 +1,64 @@
+"""March through time: steps behind a progress bar, recorded, with checkpoints on the way."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from tqdm import tqdm
+
+from model.dynamics.time_integrator import State, TimeIntegrator
+from model.recording.checkpoint import save_checkpoint
+from model.recording.history import History
+
+
+def march(
+    integrator: TimeIntegrator,
+    state: State,
+    steps: int,
+    history: History | None = None,
+    checkpoint: str | Path | None = None,
+    every: int = 100,
+    progress: bool = True,
+) -> Iterator[State]:
+    """Take so many steps and yield the state after each.
+
+    >>> state = scheme.start(velocity=v)  # doctest: +SKIP
+    >>> for state in march(scheme, state, 100, checkpoint="run.npz"):  # doctest: +SKIP
+    ...     series.write(state.time, {"displacement": state.displacement})
+
+    Parameters
+    ----------
+    integrator : TimeIntegrator
+    state : State
+        Where to start: from `integrator.start`, or `load_checkpoint`.
+    steps : int
+        Number of steps.
+    history : History, optional
+        Records every step.
+    checkpoint : str or Path, optional
+        File for checkpoints, after every `every` steps and at the end. Each is written once the caller is
+        done with the state that it holds, so that what the caller wrote is never behind it.
+    progress : bool
+        Show a bar with the number of nodes in contact, on terminals and after two seconds.
+
+    Yields
+    ------
+    State
+    """
+    bar = tqdm(
+        total=steps,
+        desc=integrator.name,
+        unit="step",
+        delay=2,
+        leave=False,
+        disable=None if progress else True,
+    )
+    with bar:
+        for number in range(1, steps + 1):
+            before, state = state, integrator.step(state)
+            if history is not None:
+                history.record(before, state)
+            bar.set_postfix_str(f"{state.count} in contact", refresh=False)
+            bar.update()
+            yield state
+            if checkpoint is not None and (number % every == 0 or number == steps):
+                save_checkpoint(checkpoint, integrator, state, history)

@@ -1,0 +1,1 @@
+"""What a contact solution shows: fields, pressure, limits of linear strain, XDMF."""

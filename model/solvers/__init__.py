@@ -1,0 +1,1 @@
+"""Solvers of the discrete contact problem: corrections, convergence record and diagnosis."""

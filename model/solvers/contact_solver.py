@@ -1,0 +1,335 @@
+"""Solve a contact problem: one loop, with the correction of your choice."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from resource import RUSAGE_SELF, getrusage
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from model.checks import positive
+from model.node_loop.blocks import block_matrix
+from model.node_loop.node_loop import NodeLoop, length
+from model.problem.contact_problem import ContactProblem, shaped
+from model.problem.rigid_modes import Hold
+from model.solvers.convergence_record import NotConverged, Record
+from model.solvers.diagnosis import likely_causes
+from model.solvers.iterative_refinement import gap_at, missing_at, rounding_floor
+from model.solvers.smoothed_aggregation import algebraic
+from model.solvers.static_condensation import Condensation
+from model.solvers.truncated_multigrid import geometric
+
+MULTIGRID_PAYS = 5_000  # unknowns
+DIRECT_PAYS = 50_000
+CORRECTIONS = ("auto", "none", "direct", "multigrid", "algebraic")
+
+
+@dataclass
+class Solution:
+    """What a solve returns; N nodes, n candidates, d dimensions.
+
+    Attributes
+    ----------
+    displacement : (N, d)
+    contact_force : (n, d)
+        Force of the road on the body at each candidate; zero where there is no contact.
+    pressure_force : (n,)
+        Its normal part, >= 0.
+    gap : (n,)
+        Distance to the road, >= 0, exactly 0 in contact.
+    status : (n,)
+        0 free, 1 slip (and every frictionless contact), 2 stick.
+    residual : float
+        Natural residual, dimensionless.
+    history : (tests,)
+        Natural residuals on the way.
+    correction : str
+    sweeps, cycles : int
+        Sweeps of the loop over the whole mesh; corrections made (multigrid: V-cycles).
+    work_units : float
+        Measured time, set-up included in the first solve, in sweeps of the finest mesh.
+    seconds, setup_seconds : float
+    peak_memory : int
+        Largest resident size of the process so far, bytes.
+    """
+
+    displacement: np.ndarray
+    contact_force: np.ndarray
+    pressure_force: np.ndarray
+    gap: np.ndarray
+    status: np.ndarray
+    residual: float
+    history: np.ndarray
+    correction: str
+    sweeps: int
+    cycles: int
+    work_units: float
+    seconds: float
+    setup_seconds: float
+    peak_memory: int
+
+    def cost(self) -> dict[str, float]:
+        """Return what the solve cost, set-up included, for `Scene.cost`."""
+        return {
+            "dofs": self.displacement.size,
+            "contact_candidates": self.status.size,
+            "sweeps": self.sweeps,
+            "cycles": self.cycles,
+            "work_units": self.work_units,
+            "solve_seconds": self.setup_seconds + self.seconds,
+            "residual": self.residual,
+        }
+
+
+class Relaxation:
+    """The correction `none`: the paper's loop as printed."""
+
+    name = "none"
+
+    def __init__(self, loop: NodeLoop):
+        self.loop = loop
+
+    def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
+        """Sweep until the natural residual, tested at most every hundred sweeps, is below the tolerance."""
+        count = 1
+        while not record.finished(self.loop.residual(u, status)):
+            self.loop.sweep(u, status, count)
+            count = min(2 * count, 100)
+
+    def turn(self) -> None:
+        """Follow the loop's new normals: there is nothing to follow."""
+
+
+class ContactSolver:
+    """Solves one contact problem for any loads, gaps and stick positions, keeping what can be kept.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+        Its matrix, candidates, normals and friction law are fixed; the rest are first values.
+    correction : str
+        "none", "direct", "multigrid", "algebraic", or "auto" (the rule is in the README).
+    order : (N,) optional
+        The order in which the loop visits nodes; default 0, 1, 2, ...
+    progress : bool
+        Show a bar on a terminal when a solve takes over two seconds.
+
+    Raises
+    ------
+    ValueError
+        If the correction is unknown or cannot be had, the order is not a permutation, or nothing can hold the
+        body against the load.
+    """
+
+    def __init__(
+        self, problem: ContactProblem, correction: str = "auto", order: Any = None, progress: bool = True
+    ):
+        if correction not in CORRECTIONS:
+            raise ValueError(f"correction is {correction!r}, but it must be one of {', '.join(CORRECTIONS)}.")
+        N = problem.coordinates.shape[0]
+        if order is not None and not np.array_equal(np.sort(order), np.arange(N)):
+            raise ValueError(f"order must be a permutation of 0, ..., {N - 1}.")
+        began = perf_counter()
+        self.problem, self.progress = problem, progress
+        self._hold: Hold | None = Hold(
+            problem.A,
+            problem.coordinates,
+            problem.contact_nodes,
+            problem.normal,
+            problem.friction_coefficient,
+        )
+        self.holding = self._hold.nodes(problem.b)
+        A = block_matrix(problem.A)
+        self.loop = NodeLoop(A, problem.contact_nodes, problem.normal, problem.friction, order)
+        self.correction = self._make(correction)
+        self.setup_seconds = perf_counter() - began
+        self._unpaid = self.setup_seconds
+        self.u = np.zeros((N, problem.dim))
+        self.gap = problem.gap
+        self.state = np.zeros(problem.contact_nodes.size)
+
+    def _make(self, correction: str) -> Any:
+        problem, loop = self.problem, self.loop
+        if correction == "auto":
+            correction = choose(problem)
+        if correction == "none":
+            return Relaxation(loop)
+        if correction == "multigrid":
+            if not problem.prolongations:
+                raise ValueError(
+                    "correction is 'multigrid', but the problem has no prolongations; "
+                    "use a body of nested meshes, or 'algebraic'."
+                )
+            return geometric(loop, problem.prolongations, problem.coordinates)
+        if correction == "algebraic":
+            return algebraic(problem.A, loop, problem.coordinates)
+        return Condensation(problem.A, loop, self.holding)
+
+    def turn(self, normal: np.ndarray, gap: np.ndarray) -> None:
+        """Give every candidate a new plane.
+
+        Its unit normal (n, d), and its distance (n,) at zero displacement, of any sign.
+        """
+        self.loop.turn(normal)
+        self._hold = None  # it knows the old normals
+        self.gap = np.asarray(gap, dtype=np.float64)
+        self.correction.turn()
+
+    def solve(
+        self,
+        b: np.ndarray | None = None,
+        gap: np.ndarray | None = None,
+        tangential_reference: np.ndarray | None = None,
+        start: np.ndarray | None = None,
+        start_status: np.ndarray | None = None,
+        tolerance: float = 1e-10,
+        limit: int = 100_000,
+        slip_rate: float = 1.0,
+    ) -> Solution:
+        """Solve for one load.
+
+        Parameters
+        ----------
+        b : (N, d), optional
+            Load; default the problem's. Likewise `gap` (n,) and `tangential_reference` (n, d).
+        start : (N, d), optional
+            First guess; default zero.
+        start_status : (n,), optional
+            Statuses to start from; nodes in contact are placed on the road first.
+        tolerance : float
+            Natural residual to reach.
+        limit : int
+            Residual tests before giving up.
+        slip_rate : float
+            What the friction law's slip is multiplied by: 1 for increments, 1/dt for speeds.
+
+        Returns
+        -------
+        Solution
+
+        Raises
+        ------
+        NotConverged
+            With residual, history and counts, if the tolerance is not reached.
+        ValueError
+            If an argument is not finite or does not fit, a node starts below the road, or nothing can hold
+            the body against the load.
+        """
+        began = perf_counter()
+        problem, loop = self.problem, self.loop
+        positive(tolerance=tolerance, limit=limit, slip_rate=slip_rate)
+        if b is None:
+            b = problem.b
+        else:
+            b = shaped("b", b, loop.shape)
+            if self._hold is not None:
+                self._hold.nodes(b)  # or refuse the load
+        gap = self.gap if gap is None else problem.checked_gap(gap)
+        if tangential_reference is None:
+            tangential_reference = problem.tangential_reference
+        reference = shaped("tangential_reference", tangential_reference, loop.force.shape)
+        loop.slip_rate = slip_rate
+        loop.aim(b, gap, reference, self.state)
+        u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
+        status = loop.start(u, start_status)
+        first = loop.sweeps
+        record = self._record(u, status, first, tolerance, limit)
+        base = np.zeros_like(u)
+        try:
+            self.correction.solve(u, status, record)
+        except NotConverged:
+            if rounding_floor(loop.A, u, loop.load_size + length(loop.force)) < 0.1 * tolerance:
+                raise
+            base[:] = u
+            there = base[loop.nodes]
+            loop.aim(
+                missing_at(problem.A, b, base),
+                gap_at(gap, loop.frame[:, 0], there),
+                reference - there,
+                self.state,
+            )
+            u[:] = 0.0
+            status[:] = loop.start(u, status)
+            record = self._record(u, status, first, tolerance, limit, record.history)
+            self.correction.solve(u, status, record)
+        frame = loop.frame
+        seconds = perf_counter() - began
+        spent = seconds + self._unpaid
+        setup, self._unpaid = self._unpaid, 0.0
+        return Solution(
+            displacement=base + u,
+            contact_force=loop.force.copy(),
+            pressure_force=np.maximum(np.einsum("ca,ca->c", frame[:, 0], loop.force), 0.0),
+            gap=loop.gaps(u, status),
+            status=status,
+            residual=record.history[-1],
+            history=np.array(record.history),
+            correction=self.correction.name,
+            sweeps=loop.sweeps - first,
+            cycles=record.cycles,
+            work_units=spent / (loop.seconds_of_passes / loop.passes),
+            seconds=seconds,
+            setup_seconds=setup,
+            peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
+        )
+
+    def _record(
+        self,
+        u: np.ndarray,
+        status: np.ndarray,
+        first: int,
+        tolerance: float,
+        limit: int,
+        history: Sequence[float] = (),
+    ) -> Record:
+        """Open the record of a solve of u (N, d) and status (n,) that began after `first` sweeps."""
+        loop, name = self.loop, self.correction.name
+        return Record(
+            tolerance,
+            limit + len(history),
+            lambda: loop.sweeps - first,
+            self.progress,
+            lambda tests: likely_causes(loop, u, status, tests, tolerance, name),
+            list(history),
+        )
+
+
+def choose(problem: ContactProblem) -> str:
+    """Pick the correction for `auto`.
+
+    Multigrid on large nested meshes, direct where a factorisation is cheap, else algebraic.
+    """
+    N, d = problem.coordinates.shape
+    if problem.prolongations and N * d > MULTIGRID_PAYS:
+        return "multigrid"
+    return "direct" if N * d <= (DIRECT_PAYS if d == 2 else DIRECT_PAYS // 10) else "algebraic"
+
+
+def solve(
+    problem: ContactProblem, correction: str = "auto", tolerance: float = 1e-10, **options: Any
+) -> Solution:
+    """Solve a contact problem once.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+    correction : str
+        "none", "direct", "multigrid", "algebraic" or "auto".
+    tolerance : float
+        Natural residual to reach.
+    **options
+        `order` and `progress` of `ContactSolver`; `start`, `start_status`, `limit`, `slip_rate` of
+        `ContactSolver.solve`.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    ValueError, NotConverged
+        As `ContactSolver` and its `solve`.
+    """
+    made = {name: options.pop(name) for name in ("order", "progress") if name in options}
+    return ContactSolver(problem, correction, **made).solve(tolerance=tolerance, **options)

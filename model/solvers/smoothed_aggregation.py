@@ -1,0 +1,47 @@
+"""The correction `algebraic`.
+
+The same truncated cycles where there are no nested meshes, on pyamg's smoothed aggregation.
+"""
+
+import numpy as np
+import pyamg
+from scipy.sparse import bsr_array
+
+from model.node_loop.blocks import BlockMatrix, diagonal_positions
+from model.node_loop.node_loop import NodeLoop
+from model.problem.rigid_modes import rigid_motions
+from model.solvers.galerkin_coarsening import Level, coarsen
+from model.solvers.truncated_multigrid import Multigrid
+
+
+def algebraic(A: bsr_array, loop: NodeLoop, coordinates: np.ndarray) -> Multigrid:
+    """Multigrid on aggregates of nodes, built by pyamg from the rigid motions of the body.
+
+    Parameters
+    ----------
+    A : bsr_array (N d, N d)
+    loop : NodeLoop
+        The loop on A.
+    coordinates : (N, d)
+    """
+    N, d = loop.shape
+    motions = rigid_motions(coordinates)
+    motions[loop.lone] = 0.0
+    hierarchy = pyamg.smoothed_aggregation_solver(
+        A,
+        B=motions.reshape(N * d, -1),
+        strength=("symmetric", {"theta": 0.0}),
+        smooth="jacobi",
+        max_coarse=100,
+    )
+    levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
+    for level in hierarchy.levels[:-1]:
+        P = bsr_array(level.P)
+        P.sort_indices()
+        blocks = BlockMatrix(
+            P.indptr.astype(np.uint64), P.indices.astype(np.uint32), np.ascontiguousarray(P.data)
+        )
+        levels.append(coarsen(levels[-1], blocks, P.shape[1] // P.blocksize[1]))
+    multigrid = Multigrid(loop, levels)
+    multigrid.name = "algebraic"
+    return multigrid

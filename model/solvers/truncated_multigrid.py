@@ -1,0 +1,488 @@
+"""The correction `multigrid`.
+
+The node loop decides, truncated multigrid removes the smooth error that relaxation cannot.
+
+Each round: the loop sweeps the finest mesh and decides contact, stick and slip; conjugate gradients
+preconditioned by one V-cycle then solve for the unknowns that are linear at present (free nodes whole, slip
+nodes along the surface, their friction force held); nodes that would penetrate are put back on the road.
+Coarse matrices are truncated where the finest mesh is held, and repaired only around nodes whose status
+changed. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the paper's loop as the non-linear
+smoother.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numba import njit
+from scipy.linalg.lapack import dpotrf
+from scipy.sparse import bsr_array, csr_array, diags_array
+from scipy.sparse.linalg import LinearOperator, gcrotmk
+
+from model.node_loop.blocks import (
+    REORDER_SUMS,
+    BlockMatrix,
+    defect,
+    diagonal_positions,
+    gauss_seidel,
+    generalised_inverses,
+    node_order,
+    sweep_from_zero,
+)
+from model.node_loop.contact_sweep import FREE, SLIP, STICK
+from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_turned
+from model.problem.rigid_modes import nodes_that_hold, spread_candidates
+from model.solvers.convergence_record import NotConverged, Record
+from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, nodal_prolongation, recompute
+from model.solvers.static_condensation import Condensation
+
+PATIENCE = 8  # rounds in which the residual need not fall
+KRYLOV = 30  # cycles in one correction at most
+GUESSES = 30  # rounds on a coarser mesh at most
+NESTED = 1e-1  # natural residual to which coarser meshes solve for a first guess
+
+
+class Cycle:
+    """V-cycles on a hierarchy of levels whose finest unknowns are truncated where they are held.
+
+    Parameters
+    ----------
+    levels : list of Level
+        Finest first. What truncation changes is copied: the finest P and every coarser matrix.
+    """
+
+    def __init__(self, levels: list[Level]):
+        finest = replace(levels[0], inverse=levels[0].inverse.copy())
+        self.projectors: np.ndarray | None = None  # used only where the finest mesh is the coarsest as well
+        if len(levels) == 1:
+            self.projectors = np.tile(np.eye(finest.inverse.shape[1]), (finest.inverse.shape[0], 1, 1))
+        else:
+            self.full_P = finest.P.data
+            finest.P = finest.P._replace(data=finest.P.data.copy())
+        coarser = [
+            replace(level, A=level.A._replace(data=level.A.data.copy()), inverse=level.inverse.copy())
+            for level in levels[1:]
+        ]
+        self.levels = [finest, *coarser]
+        shapes = [level.inverse.shape[:2] for level in levels]
+        self.corrections = [np.zeros(shape) for shape in shapes]
+        self.defects = [np.zeros(shape) for shape in shapes]
+        self.loads = [np.zeros(shape) for shape in shapes]
+        self.reversed = [node_order(None, nodes)[::-1].copy() for nodes, _ in shapes]
+        self.coarsest_inverse: np.ndarray | None = None
+
+    def truncate(self, nodes: np.ndarray, blocks: np.ndarray, projectors: np.ndarray) -> None:
+        """Hold nodes (k,) with diagonal blocks (k, d, d) to the ranges of their projectors (k, d, d).
+
+        Only the rows of the coarse matrices that see these nodes are computed anew.
+        """
+        finest = self.levels[0]
+        finest.inverse[nodes] = projected_inverses(blocks, projectors)
+        self.coarsest_inverse = None
+        if len(self.levels) == 1:
+            assert self.projectors is not None
+            self.projectors[nodes] = projectors
+            return
+        truncate_rows(finest.P, self.full_P, nodes, projectors)
+        changed = columns_of(finest.A, nodes, finest.inverse.shape[0])
+        for fine, coarse in pairwise(self.levels):
+            changed = columns_of(fine.P, changed, coarse.inverse.shape[0])
+            recompute(fine, coarse, changed)
+
+    def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
+        """One V(1,1)-cycle for A z = r from z = 0, on level `number`.
+
+        The result is overwritten by the next call.
+        """
+        level, z = self.levels[number], self.corrections[number]
+        if number == len(self.levels) - 1:
+            if self.coarsest_inverse is None:
+                self.coarsest_inverse = dense_inverse(level.A, self.projectors)
+            z[:] = (self.coarsest_inverse @ r.ravel()).reshape(r.shape)
+            return z
+        rest, coarse_r, size = self.defects[number], self.loads[number + 1], r.shape[1]
+        sweep_from_zero(size)(level.A, level.middle, level.inverse, r, z, rest)
+        level.transfers.restrict(level.P, level.children, rest, coarse_r)
+        level.transfers.prolong(level.P, self(coarse_r, number + 1), z)
+        gauss_seidel(size)(level.A, level.inverse, r, z, self.reversed[number])
+        return z
+
+
+def projected_inverses(blocks: np.ndarray, projectors: np.ndarray) -> np.ndarray:
+    """Inverses (k, d, d) of symmetric blocks on the ranges of their projectors, zero elsewhere."""
+    inside = projectors @ blocks @ projectors
+    inverses = np.empty_like(inside)
+    generalised_inverses(inside, np.arange(len(inside)), inverses)
+    return projectors @ inverses @ projectors
+
+
+@njit(cache=True, error_model="numpy")
+def truncate_rows(P, full, nodes, projectors):
+    """Set the rows of P at the given nodes to their projectors times the rows of the `full` data."""
+    d, c = P.data.shape[1], P.data.shape[2]
+    for n in range(nodes.size):
+        for m in range(P.indptr[nodes[n]], P.indptr[nodes[n] + 1]):
+            for a in range(d):
+                for b in range(c):
+                    s = 0.0
+                    for t in range(d):
+                        s += projectors[n, a, t] * full[m, t, b]
+                    P.data[m, a, b] = s
+
+
+def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None) -> np.ndarray:
+    """Inverse of a small matrix, between projectors (n, d, d) if given, where it resists anything."""
+    n, d = A.indptr.size - 1, A.data.shape[1]
+    full = np.zeros((n, d, n, d))
+    rows = np.repeat(np.arange(n), np.diff(A.indptr).astype(np.int64))
+    data = A.data if projectors is None else projectors[rows] @ A.data @ projectors[A.indices]
+    full[rows, :, A.indices] = data
+    matrix = full.reshape(n * d, n * d)
+    supported = np.flatnonzero(matrix.diagonal() > 0.0)
+    inverse, inside = np.zeros_like(matrix), matrix[np.ix_(supported, supported)]
+    factor, failed = dpotrf(inside, lower=True)
+    pivots = factor.diagonal()
+    if failed or np.any(pivots**2 < 1e-11 * inside.diagonal()):
+        inverse[np.ix_(supported, supported)] = np.linalg.pinv(inside, rcond=1e-12, hermitian=True)
+    else:
+        inverse[np.ix_(supported, supported)] = np.linalg.inv(inside)
+    return inverse
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+def dot(x, y):
+    """Sum of x * y."""
+    s = 0.0
+    for i in range(x.shape[0]):
+        for a in range(x.shape[1]):
+            s += x[i, a] * y[i, a]
+    return s
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+def step_along(alpha, direction, product, x, r):
+    """Do x += alpha direction, r += alpha product, with product = -A direction; return the norm of r."""
+    s = 0.0
+    for i in range(x.shape[0]):
+        for a in range(x.shape[1]):
+            x[i, a] += alpha * direction[i, a]
+            r[i, a] += alpha * product[i, a]
+            s += r[i, a] * r[i, a]
+    return np.sqrt(s)
+
+
+@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+def turn_direction(beta, direction, z):
+    """Do direction = z + beta direction."""
+    for i in range(z.shape[0]):
+        for a in range(z.shape[1]):
+            direction[i, a] = z[i, a] + beta * direction[i, a]
+
+
+class Multigrid:
+    """Rounds of one sweep of the node loop and a truncated multigrid correction.
+
+    Parameters
+    ----------
+    loop : NodeLoop
+        The loop on this mesh.
+    levels : list of Level
+        This mesh and all coarser ones.
+    coarser : CoarserMesh, optional
+        The same contact problem on the next coarser mesh, from which a first guess is taken (nested
+        iteration).
+    """
+
+    name = "multigrid"
+
+    def __init__(self, loop: NodeLoop, levels: list[Level], coarser: "CoarserMesh | None" = None):
+        self.loop, self.coarser = loop, coarser
+        d = loop.shape[1]
+        self.cycle = Cycle(levels)
+        self.status = np.zeros(loop.nodes.size, dtype=np.int8)
+        self.projectors = np.tile(np.eye(d), (loop.nodes.size, 1, 1))
+        self.held = np.zeros(0, dtype=np.int64)
+        self.zero, self.x, self.direction, self.product = (np.zeros(loop.shape) for _ in range(4))
+        self.best = np.zeros(loop.shape)
+        self._defect = defect(d)
+
+    def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
+        """Solve the problem the loop is aimed at, from an admissible u (N, d) and status (n,), in place.
+
+        Coarser meshes, where there are any, first correct u as far as they can (nested iteration).
+        """
+        loop = self.loop
+        if self.coarser is not None:
+            self.coarser.first_guess(loop, u, status, record)
+        best, best_status, idle, sweeps, steady, turned = np.inf, status.copy(), 0, 1, 0, False
+        while True:
+            if not turned:  # else what the others did belongs to a slip that has been stopped since
+                loop.sweep(u, status)
+            residual = loop.residual(u, status)
+            if record.finished(residual):
+                return
+            if residual < best:
+                best, idle, sweeps = residual, 0, 1
+                self.best[:], best_status[:] = u, status
+            elif idle < PATIENCE:
+                idle += 1
+            else:  # the corrections lead nowhere: back to the best, and let the loop go on alone for longer
+                u[:], status[:] = self.best, best_status
+                loop.sweep(u, status, sweeps)
+                best, idle, sweeps = loop.residual(u, status), 0, min(4 * sweeps, 1024)
+            steady = 0 if self._truncate(status) else steady + 1
+            turned = self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
+
+    def _correct(
+        self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, damping: float
+    ) -> bool:
+        """Solve for the unknowns that are linear at present, to a tenth while the contact set still changes.
+
+        Damped where sets flip. Return whether slip would have turned round, and was stopped.
+        """
+        loop = self.loop
+        scale = loop.load_size + float(np.linalg.norm(loop.force))
+        self._project(loop.R)
+        wanted = max(
+            0.1 * float(np.linalg.norm(loop.R)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale
+        )
+        if loop.friction is not None and np.any(status == SLIP):
+            record.cycles += self._with_friction(loop.R, wanted, u, status)
+        else:
+            record.cycles += self._conjugate_gradients(loop.R, wanted)
+        u += min(damping, self._fall(u, status)) * self.x
+        turned = loop.friction is not None and stop_slip_that_turned(loop, u, status)
+        place_on_road(loop, u, status)
+        return turned
+
+    def turn(self) -> None:
+        """Follow the loop's new normals: what is held must be held anew."""
+        self.status[self.held] = -1
+        if self.coarser is not None:
+            self.coarser.turn(self.loop)
+
+    def _fall(self, u: np.ndarray, status: np.ndarray) -> float:
+        """Part of the correction x after which no node is deeper below the road than one is above it now.
+
+        It is all of x, but for a body that the present contact does not hold: it falls no further.
+        """
+        loop = self.loop
+        gap = loop.gaps(u, status)
+        move = np.einsum("ca,ca->c", loop.frame[:, 0], self.x[loop.nodes])
+        falls = move < 0.0
+        room = gap[falls] + gap.max()
+        return min(1.0, float(np.min(room / -move[falls], initial=1.0))) if gap.max() > 0.0 else 1.0
+
+    def _truncate(self, status: np.ndarray) -> bool:
+        """Hold the nodes as `status` says; True if that changed anything."""
+        changed = np.flatnonzero(status != self.status)
+        if changed.size:
+            nodes = self.loop.nodes[changed]
+            self.projectors[changed] = free_directions(self.loop, changed, status[changed])
+            self.cycle.truncate(nodes, self.loop.diagonal[nodes], self.projectors[changed])
+            self.status[changed] = status[changed]
+            self.held = np.flatnonzero(self.status)
+        return changed.size > 0
+
+    def _project(self, r: np.ndarray) -> None:
+        """Zero the components of r (N, d) in which nodes are held or prescribed."""
+        nodes = self.loop.nodes[self.held]
+        r[nodes] = np.einsum("cab,cb->ca", self.projectors[self.held], r[nodes])
+        r[self.loop.lone] = 0.0
+
+    def _conjugate_gradients(self, r: np.ndarray, wanted: float) -> int:
+        """Set x with A x = r on what is linear, until the defect (in r) is below `wanted`.
+
+        Return the number of cycles.
+        """
+        x, direction, product = self.x, self.direction, self.product
+        x[:], direction[:] = 0.0, 0.0
+        before, cycles = 1.0, 0
+        while cycles < KRYLOV:
+            z = self.cycle(r)
+            cycles += 1
+            power = dot(r, z)
+            if power <= 0.0:  # nothing is missing from what is linear
+                break
+            turn_direction(power / before, direction, z)
+            before = power
+            self._defect(self.loop.A, self.zero, direction, product)
+            self._project(product)
+            if step_along(-power / dot(direction, product), direction, product, x, r) <= wanted:
+                break
+        return cycles
+
+    def _with_friction(self, r: np.ndarray, wanted: float, u: np.ndarray, status: np.ndarray) -> int:
+        """Set x as `_conjugate_gradients` does, the friction of slipping nodes following their pressure.
+
+        That makes A unsymmetric.
+        """
+        loop, product = self.loop, self.product
+        slipping = np.flatnonzero(status == SLIP)
+        nodes, normal = loop.nodes[slipping], loop.frame[slipping, 0]
+        follow = slip_force_by_pressure(loop, u, slipping)
+        cycles = 0
+
+        def follow_friction(v: np.ndarray) -> np.ndarray:
+            self._defect(loop.A, self.zero, v.reshape(loop.shape), product)
+            np.negative(product, out=product)
+            pressure = np.einsum("ca,ca->c", normal, product[nodes])
+            self._project(product)
+            product[nodes] -= pressure[:, None] * follow
+            return product.ravel().copy()
+
+        def precondition(v: np.ndarray) -> np.ndarray:
+            nonlocal cycles
+            cycles += 1
+            return self.cycle(v.reshape(loop.shape)).ravel().copy()
+
+        size = (r.size, r.size)
+        x, _ = gcrotmk(
+            LinearOperator(size, follow_friction, dtype=np.float64),
+            r.ravel(),
+            M=LinearOperator(size, precondition, dtype=np.float64),
+            rtol=0.0,
+            atol=wanted,
+            m=KRYLOV,
+            maxiter=1,
+        )
+        self.x[:] = x.reshape(loop.shape)
+        return cycles
+
+
+def slip_force_by_pressure(loop: NodeLoop, u: np.ndarray, slipping: np.ndarray) -> np.ndarray:
+    """Change (k, d) of the friction force of slipping candidates per unit of pressure force."""
+    force, frame = loop.force[slipping], loop.frame[slipping]
+    p = np.einsum("ca,ca->c", frame[:, 0], force)
+    tangential = force - p[:, None] * frame[:, 0]
+    size = np.linalg.norm(tangential, axis=1)
+    slip = np.einsum("cab,cb->ca", frame[:, 1:], u[loop.nodes[slipping]]) - loop.contact.reference[slipping]
+    speed = loop.slip_rate * np.linalg.norm(slip, axis=1)
+    assert loop.friction is not None
+    bound, state = loop.friction.bound.ctypes, loop.contact.state[slipping]
+    rates = [
+        (bound(1.000001 * q, m, s) - bound(q, m, s)) / (1e-6 * q) if q > 0.0 else 0.0
+        for q, m, s in zip(p, speed, state, strict=True)
+    ]
+    return tangential * (np.array(rates) / np.where(size > 0.0, size, 1.0))[:, None]
+
+
+def free_directions(loop: NodeLoop, numbers: np.ndarray, status: np.ndarray) -> np.ndarray:
+    """Projectors (k, d, d) onto the directions in which candidates of the given status are free to move."""
+    loaded = loop.loaded[loop.nodes[numbers]].astype(float)
+    T = loaded[:, :, None] * np.eye(loop.shape[1])
+    normal = loaded * loop.frame[numbers, 0]
+    length = np.linalg.norm(normal, axis=1)
+    normal[length > 1e-12] /= length[length > 1e-12, None]
+    slips = status == SLIP
+    T[slips] -= normal[slips, :, None] * normal[slips, None, :]
+    T[status == STICK] = 0.0
+    return T
+
+
+class CoarserMesh:
+    """The contact problem on the next coarser mesh.
+
+    Where it takes its load and gaps from, and how its answer comes back.
+
+    Parameters
+    ----------
+    fine : NodeLoop
+        The loop on the finer mesh.
+    levels : list of Level
+        The finer mesh and all coarser ones.
+    weights : list of csr_array
+        Scalar prolongations from the coarser mesh and the ones below.
+    coordinates : (N, d)
+        Of the finer mesh, to see which rigid motions the contact must hold.
+    """
+
+    def __init__(
+        self, fine: NodeLoop, levels: list[Level], weights: Sequence[csr_array], coordinates: np.ndarray
+    ):
+        self.level = levels[0]
+        at_candidates = weights[0][fine.nodes]
+        self.copies = np.flatnonzero(
+            np.diff(at_candidates.indptr) == 1
+        )  # candidates kept by the coarser mesh
+        nodes = at_candidates[self.copies].indices
+        self.loop = loop = NodeLoop(levels[1].A, nodes, fine.frame[self.copies, 0], fine.friction)
+        copies = np.flatnonzero(np.diff(weights[0].indptr) == 1)
+        self.coordinates = np.zeros((loop.shape[0], coordinates.shape[1]))
+        self.coordinates[weights[0][copies].indices] = coordinates[copies]
+        self.correction: Any = None  # on the coarsest mesh direct, factorised when first used
+        if len(weights) > 1:
+            coarser = CoarserMesh(loop, levels[1:], weights[1:], self.coordinates)
+            self.correction = Multigrid(loop, levels[1:], coarser)
+        self.weights = at_candidates[:, nodes]
+        self.between = (
+            np.abs(self.weights.sum(axis=1) - 1.0) < 1e-9
+        )  # candidates whose parents are candidates
+
+    def turn(self, fine: NodeLoop) -> None:
+        """Follow the new normals of the finer mesh."""
+        self.loop.turn(fine.frame[self.copies, 0])
+        if self.correction is not None:
+            self.correction.turn()
+
+    def _direct(self) -> Condensation:
+        """Factorise the coarsest matrix, with a unit diagonal where truncation left nothing."""
+        loop = self.loop
+        A = bsr_array((loop.A.data, loop.A.indices.astype(np.int32), loop.A.indptr.astype(np.int32)))
+        empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
+        A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
+        mu = 0.0 if loop.friction is None else loop.friction.coefficient
+        try:
+            holding = nodes_that_hold(A, loop.b, self.coordinates, loop.nodes, loop.frame[:, 0], mu)
+        except ValueError:  # the finest mesh has passed this test; a coarse one may see too few candidates
+            holding = spread_candidates(self.coordinates[loop.nodes], loop.shape[1])
+        return Condensation(A, loop, holding)
+
+    def first_guess(self, fine: NodeLoop, u: np.ndarray, status: np.ndarray, record: Record) -> None:
+        """Correct u (N, d) and status (n,) of the fine mesh by the coarser solution."""
+        level, coarse = self.level, self.loop
+        r = np.zeros(fine.shape)
+        defect(fine.shape[1])(fine.A, fine.b, u, r)
+        b = np.zeros(coarse.shape)
+        level.transfers.restrict(level.P, level.children, r, b)
+        way = fine.sticking_place(self.copies) - u[fine.nodes[self.copies]]
+        coarse.slip_rate = fine.slip_rate
+        coarse.aim(b, fine.gaps(u, status)[self.copies], way, fine.contact.state[self.copies])
+        e = np.zeros(coarse.shape)
+        touching = coarse.start(e, status[self.copies])
+        if self.correction is None:
+            self.correction = self._direct()
+        with suppress(NotConverged):  # a guess is a guess
+            # the coarsest answer is exact: it must have found the nodes that hold the body
+            wanted = max(NESTED, record.tolerance) if isinstance(self.correction, Multigrid) else 1e-6
+            enough = Record(wanted, GUESSES, record.sweeps, False)
+            self.correction.solve(e, touching, enough)
+        level.transfers.prolong(level.P, e, u)
+        gap = fine.contact.gap + np.einsum("ca,ca->c", fine.frame[:, 0], u[fine.nodes])
+        arrived = self.weights @ coarse.gaps(e, touching)
+        lift = np.where(self.between, arrived - gap, 0.0)
+        u[fine.nodes] += lift[:, None] * fine.frame[:, 0]
+        stuck = self.weights @ (touching == STICK).astype(float) > 1.0 - 1e-9
+        status[:] = np.where(self.between & (arrived == 0.0), np.where(stuck, STICK, SLIP), FREE)
+        place_on_road(fine, u, status)
+
+
+def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], coordinates: np.ndarray) -> Multigrid:
+    """Multigrid on nested meshes: scalar prolongations, finest first, and the finest coordinates (N, d)."""
+    d = loop.shape[1]
+    levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
+    for number, weights in enumerate(prolongations):
+        P = nodal_prolongation(weights, d)
+        if number == 0:
+            truncate_prescribed(P, loop.lone)
+        levels.append(coarsen(levels[-1], P, weights.shape[1]))
+    return Multigrid(loop, levels, CoarserMesh(loop, levels, prolongations, coordinates))
+
+
+def truncate_prescribed(P: BlockMatrix, lone: np.ndarray) -> None:
+    """Zero the rows of P at prescribed unknowns (N, d)."""
+    rows = np.repeat(np.arange(lone.shape[0]), np.diff(P.indptr).astype(np.int64))
+    P.data[lone[rows]] = 0.0
