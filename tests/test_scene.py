@@ -6,12 +6,15 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 from harness.scene import COSTS, Scene
 
 from model.atomic_file import write_aside
+
+DEMOS = Path(__file__).parents[1] / "demos"
 
 
 @pytest.fixture
@@ -24,6 +27,7 @@ def run(tmp_path, body, *arguments, **options):
     script = tmp_path / "falling_block.py"
     script.write_text("from harness.scene import Scene\n" + body)
     command = [sys.executable, *options.pop("flags", []), str(script), *arguments]
+    options.setdefault("env", os.environ | {"PYTHONPATH": str(DEMOS)})  # the harness lies beside the demos
     return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, **options)
 
 
@@ -149,6 +153,7 @@ def test_interruption_leaves_whole_files_and_says_so(tmp_path):
     process = subprocess.Popen(
         [sys.executable, str(script)],
         cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(DEMOS)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -111,7 +111,7 @@ class BodyOnRoad:
         return np.asarray(self.system.expand(solution.displacement))
 
     def fields(self, solution: Solution) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """Return the fields of nodes and of cells for `model.output`.
+        """Return the fields of nodes and of cells for `model.results.xdmf`.
 
         At the nodes displacement, contact_pressure, contact_traction, gap (distance to the road) and status
         (0 free, 1 slip, 2 stick); in the cells stress and von_mises.
@@ -133,6 +133,6 @@ class BodyOnRoad:
 
     def write(self, path: str | Path, solution: Solution) -> None:
         """Write the fields of one solution to NAME.xdmf and NAME.h5."""
-        from model.output import write_xdmf
+        from model.results.xdmf import write_xdmf
 
         write_xdmf(path, self.elasticity.body, *self.fields(solution))
