@@ -109,7 +109,7 @@ loop, status, u = (
     direct.status.copy(),
     direct.displacement.copy(),
 )
-loop.aim(under_platen.problem.b, under_platen.problem.gap)
+loop.set_load(under_platen.problem.b, under_platen.problem.gap)
 began = process_time()  # of this core: the machine may be shared
 loop.sweep(u, status, 2000)
 scene.result(

@@ -163,7 +163,7 @@ for (name, mu), run in runs.items():
         scene.result(f"max_coulomb_violation[{key}]", run["cone"].max(), force, 0.0, "|tau| <= mu p")
         scene.result(f"spin[{key}]", spin[name, mu], "rad, counter-clockwise, at 0.9 s")
 both = [runs["Newmark", mu] for mu in (0.0, 0.1)]
-identity = max(np.abs(run["gain"] - run["own"]).max() / KINETIC for run in both)
+identity = max(np.abs(run["gain"] - run["numerical"]).max() / KINETIC for run in both)
 scene.result("newmark_energy_identity_error", identity, "of the initial kinetic energy", 0.0, "equation (*)")
 scene.result("kinetic_energy_at_start", both[0]["kinetic"][0], "J/m", KINETIC, "rho pi (R^2 - r^2) v^2 / 2")
 lost = max(np.abs(run["gain"][run["contacts"].cumsum() == 0]).max() for run in runs.values())

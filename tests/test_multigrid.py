@@ -116,7 +116,7 @@ def test_cycle_is_symmetric_and_positive():
     solver = ContactSolver(problem, "multigrid")
     rng = np.random.default_rng(1)
     x, y = rng.normal(size=(2, *problem.b.shape))
-    x[solver.loop.lone] = y[solver.loop.lone] = 0.0
+    x[solver.loop.uncoupled] = y[solver.loop.uncoupled] = 0.0
     cycle = solver.correction.cycle
     of_x, of_y = cycle(x).copy(), cycle(y).copy()
     assert np.sum(of_x * y) == pytest.approx(np.sum(of_y * x), rel=1e-9)

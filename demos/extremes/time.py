@@ -66,7 +66,7 @@ def books(scheme, state, steps, elasticity=None):
         normal = scheme.solvers["step"].loop.frame[:, 0]
         p = np.einsum("ca,ca->c", normal, state.contact_force)
         tau = np.linalg.norm(state.contact_force - p[:, None] * normal, axis=1)
-        off_energy = max(off_energy, np.nan_to_num(abs(entry.gain - entry.own)))
+        off_energy = max(off_energy, np.nan_to_num(abs(entry.gain - entry.numerical)))
         if scheme.body.C is None:  # the drag of damping is no impulse of the road
             off_momentum = max(off_momentum, np.nan_to_num(entry.momentum_error))
         violation = max(-p.min(), (tau - mu * p).max())

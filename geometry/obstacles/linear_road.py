@@ -181,7 +181,7 @@ def nearest_on_chain(surface, points, gap, normal, foot):
         while left >= 0 and p[0] - x[left + 1] <= best[0]:
             consider(surface, left, p, trial, foot[n], mean, best)
             left -= 1
-        gap[n] = judge(surface, p, foot[n], mean, best, normal[n])
+        gap[n] = signed_gap(surface, p, foot[n], mean, best, normal[n])
 
 
 @njit(cache=True, error_model="numpy")
@@ -212,7 +212,7 @@ def nearest_on_triangles(surface, points, gap, normal, foot):
                             visited[f] = n
                             consider(surface, f, p, trial, foot[n], mean, best)
             ring += 1
-        gap[n] = judge(surface, p, foot[n], mean, best, normal[n])
+        gap[n] = signed_gap(surface, p, foot[n], mean, best, normal[n])
 
 
 @njit(cache=True, error_model="numpy")
@@ -244,7 +244,7 @@ def consider(surface, f, p, trial, foot, mean, best):
 
 
 @njit(cache=True, error_model="numpy")
-def judge(surface, p, foot, mean, best, normal):
+def signed_gap(surface, p, foot, mean, best, normal):
     """Write the normal at `foot`, the point nearest to p, and return the gap."""
     f = int(best[1])
     flat, corner = surface.normals[f], surface.points[surface.facets[f, 0]]

@@ -102,25 +102,27 @@ class RoadPlanes:
         bool
             True, and the planes stay, if the nodes were on the road and the normals steady.
         """
-        touching = np.flatnonzero(status != FREE)
+        in_contact = np.flatnonzero(status != FREE)
         self.gap, normal, foot = self._look(at, status, self.softness * pressure)
         if self.since is not None:
-            self._lean[touching] = _working(touching, *self.since, normal, foot, self.near) - normal[touching]
-            normal[touching] += self._lean[touching]
+            self._lean[in_contact] = (
+                _working(in_contact, *self.since, normal, foot, self.near) - normal[in_contact]
+            )
+            normal[in_contact] += self._lean[in_contact]
         before, self._turn = self._turn, normal - self.normal
         self.softness *= _rescaled(before, self._turn)
-        above = np.delete(self.gap, touching)
-        self.distances.append(max(np.abs(self.gap[touching]).max(initial=0.0), -above.min(initial=0.0)))
-        turned = np.abs(self._turn[touching]).max(initial=0.0)
+        above = np.delete(self.gap, in_contact)
+        self.distances.append(max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0)))
+        turned = np.abs(self._turn[in_contact]).max(initial=0.0)
         if turned <= steady and self.distances[-1] <= self.near:
-            self.gap[touching] = 0.0
+            self.gap[in_contact] = 0.0
             self.gap = np.maximum(self.gap, 0.0)
             return True
         if not np.array_equal(status, self._status):
             self._anderson.forget()
         self._status = status.copy()
-        places = np.stack([normal[touching], foot[touching]])
-        normal[touching], foot[touching] = self._anderson.combine(self._turn[touching], places)
+        places = np.stack([normal[in_contact], foot[in_contact]])
+        normal[in_contact], foot[in_contact] = self._anderson.combine(self._turn[in_contact], places)
         self.normal, self.foot = normal / np.linalg.norm(normal, axis=1, keepdims=True), foot
         return False
 
@@ -132,20 +134,20 @@ class RoadPlanes:
         Nodes that stick are at their anchors. Touching nodes are seen from `depth` (n,) below where that
         turns the normal less.
         """
-        n, sticks, touching = len(at), status == STICK, np.flatnonzero(status != FREE)
-        seen = np.where(sticks[:, None], self.anchor, at)[touching]
-        last = (self.normal - self._lean)[touching]
-        both = self.road.closest(np.concatenate([at, seen - depth[touching, None] * last]))
+        n, sticks, in_contact = len(at), status == STICK, np.flatnonzero(status != FREE)
+        seen = np.where(sticks[:, None], self.anchor, at)[in_contact]
+        last = (self.normal - self._lean)[in_contact]
+        both = self.road.closest(np.concatenate([at, seen - depth[in_contact, None] * last]))
         gap, normal, foot = (values[:n] for values in both)
         below, foot_below = both[1][n:], both[2][n:]
         normal[sticks], foot[sticks] = self._anchor_normal[sticks], self.anchor[sticks]
-        steadier = np.sum((below - last) ** 2, axis=1) < np.sum((normal[touching] - last) ** 2, axis=1)
-        normal[touching[steadier]], foot[touching[steadier]] = below[steadier], foot_below[steadier]
+        steadier = np.sum((below - last) ** 2, axis=1) < np.sum((normal[in_contact] - last) ** 2, axis=1)
+        normal[in_contact[steadier]], foot[in_contact[steadier]] = below[steadier], foot_below[steadier]
         return gap, normal, foot
 
 
 def _working(
-    touching: np.ndarray,
+    in_contact: np.ndarray,
     gap: np.ndarray,
     before: np.ndarray,
     was: np.ndarray,
@@ -157,8 +159,8 @@ def _working(
 
     From gaps (n,), normals and positions (n, d) at the beginning of a step to normals and feet at its end.
     """
-    mean, way = (normal + before)[touching] / 2, (foot - was)[touching]
-    missing = -gap[touching] - np.einsum("ca,ca->c", mean, way)
+    mean, way = (normal + before)[in_contact] / 2, (foot - was)[in_contact]
+    missing = -gap[in_contact] - np.einsum("ca,ca->c", mean, way)
     square = np.einsum("ca,ca->c", way, way)
     far = square > (1e6 * near) ** 2  # else rounding would turn it
     mean[far] += (missing[far] / square[far])[:, None] * way[far]

@@ -62,13 +62,13 @@ class CentralDifferences(TimeIntegrator):
         dt, v0 = self.dt, before.velocity
         moved = dt * v0 + (0.5 * dt**2) * before.acceleration
         touch = self.touch(before, moved, self._no_force)
-        change = moved + touch.departure
+        change = moved + touch.increment
         u1, speed = before.displacement + change, change / dt
         a1 = self.body.missing_force((before.step + 1) * dt, u1, speed) / self._lumped.reshape(u1.shape)
         v1 = speed + (0.5 * dt) * a1
         work = self.work(touch.force, change, before.gap, touch.gap)
         work.damping = self.damping_work(speed, change)
-        work.own = np.nan
+        work.numerical = np.nan
         return self.after(
             before,
             touch,

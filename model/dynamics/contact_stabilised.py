@@ -42,4 +42,4 @@ class ContactStabilised(Midpoint):
         if below.min() >= 0.0:
             return moved, None
         projection = self.touch(before, moved, self._no_force, solver="projection")
-        return moved + projection.departure, np.einsum("ca,ca->c", normal, projection.force)
+        return moved + projection.increment, np.einsum("ca,ca->c", normal, projection.force)

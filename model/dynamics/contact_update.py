@@ -25,7 +25,7 @@ def forget_rounding(gap, status, rounding):
 
 @njit(cache=True)
 def confirm_contact(contact, e, force, law, status, gap):
-    """Write the gaps (n,) after the departure e (N, d), exactly 0 in contact, never negative; count contacts.
+    """Write the gaps (n,) after the increment e (N, d), exactly 0 in contact, never negative; count contacts.
 
     Nodes that come to lie on the road by themselves, and press on it, are made to touch, and nodes that may
     slip but have not, to stick; `law` is the address of the friction law or None.

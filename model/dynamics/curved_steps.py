@@ -39,7 +39,7 @@ class FollowsRoad(TimeIntegrator):
     rounds = 0
 
     def touch(self, before: State, moved: np.ndarray, b: np.ndarray, solver: str = "step") -> Touch:
-        """Find the departure from the guess `before.displacement + moved` for the missing force b (N, d).
+        """Find the increment from the guess `before.displacement + moved` for the missing force b (N, d).
 
         Nodes stick at the point of the road nearest to where they were as the step began.
         """
@@ -55,7 +55,7 @@ class FollowsRoad(TimeIntegrator):
             gap = planes.gaps(guessed)
             touch = step.solve(b, gap, planes.normal, planes.anchor - guessed, last)
             pressure = np.einsum("ca,ca->c", planes.normal, touch.force)
-            at = guessed + touch.departure[nodes]
+            at = guessed + touch.increment[nodes]
             if planes.follow(at, touch.status, np.maximum(pressure, 0.0), 10 * self.tolerance):
                 return replace(touch, gap=np.where(touch.status == FREE, planes.gap, 0.0))
             last = replace(before, status=touch.status)
@@ -74,12 +74,12 @@ class FollowsRoad(TimeIntegrator):
         for _ in range(ROUNDS):
             added += super()._settle(state)  # type: ignore[misc]
             gap, normal = self.body.gaps(state.displacement)
-            turn, touching = normal - massless.loop.frame[:, 0], state.status != FREE
-            off, turned = (np.abs(x[touching]).max(initial=0.0) for x in (gap, turn))
+            turn, in_contact = normal - massless.loop.frame[:, 0], state.status != FREE
+            off, turned = (np.abs(x[in_contact]).max(initial=0.0) for x in (gap, turn))
             if off <= near and turned <= 10 * self.tolerance:
                 break
-        step.loop.turn(massless.loop.frame[:, 0].copy())
-        step.correction.turn()
+        step.loop.update_normals(massless.loop.frame[:, 0].copy())
+        step.correction.update_normals()
         return added
 
     def _off(self, planes: RoadPlanes) -> NotConverged:

@@ -68,16 +68,16 @@ class GeneralisedAlpha(TimeIntegrator):
         if self.alpha_m:
             b -= self.alpha_m * (self.M @ a0.ravel()).reshape(a0.shape)
         touch = self.touch(before, moved, b)
-        a1 = touch.departure / (beta * dt**2)
+        a1 = touch.increment / (beta * dt**2)
         v1 = speed + (dt * gamma) * a1
-        change = moved + touch.departure
+        change = moved + touch.increment
         # the part of M a that the road is answerable for lags behind its force
         lagging = before.contact_force if before.memory is None else before.memory
         leading = (touch.force - self.alpha_m * lagging) / (1.0 - self.alpha_m)
         mean = (1.0 - gamma) * lagging + gamma * leading
         work = self.work(mean, change, before.gap, touch.gap)
         work.damping = self.damping_work(0.5 * (v0 + v1), change)
-        work.own = np.nan
+        work.numerical = np.nan
         return self.after(
             before,
             touch,

@@ -42,23 +42,23 @@ def consistent_acceleration(
     """
     r = body.missing_force(0.0, u, v)
     force, status = np.zeros(normal.shape), np.zeros(gap.size, dtype=np.int8)
-    touching = np.flatnonzero(gap == 0.0)
-    if touching.size == 0:
+    in_contact = np.flatnonzero(gap == 0.0)
+    if in_contact.size == 0:
         return mass_inverse(body.M, r), force, status
-    nodes = body.contact_nodes[touching]
+    nodes = body.contact_nodes[in_contact]
     epsilon = 2.0**-20 * dt
-    leaving = np.maximum(np.einsum("ca,ca->c", normal[touching], v[nodes]), 0.0)
+    leaving = np.maximum(np.einsum("ca,ca->c", normal[in_contact], v[nodes]), 0.0)
     problem = ContactProblem(
-        body.M / epsilon, r, body.coordinates, nodes, normal[touching], leaving, body.friction, -v[nodes]
+        body.M / epsilon, r, body.coordinates, nodes, normal[in_contact], leaving, body.friction, -v[nodes]
     )
     solver = ContactSolver(problem, "direct", progress=False)
     solution = solver.solve(tolerance=1e-12)
     law = None if problem.friction is None else problem.friction.address  # type: ignore[union-attr]
-    rate = np.empty(touching.size)
+    rate = np.empty(in_contact.size)
     change, pushes, decided = solution.displacement, solution.contact_force, solution.status
     if not confirm_contact(solver.loop.contact, change, pushes, law, decided, rate):
         return mass_inverse(body.M, r), force, status
-    force[touching], status[touching] = pushes, decided
+    force[in_contact], status[in_contact] = pushes, decided
     return change / epsilon, force, status
 
 

@@ -92,7 +92,7 @@ class MassRedistribution(Midpoint):
         after = super().step(before)
         nodes = self.body.contact_nodes
         if callable(self.body.load) or before.count or after.count:
-            after.work.own += self._settle(after)
+            after.work.numerical += self._settle(after)
         # velocities of the massless nodes, for the record and the next guess only
         mean = (after.displacement[nodes] - before.displacement[nodes]) / self.dt
         memory = mean if before.memory is None else before.memory
@@ -108,7 +108,7 @@ class MassRedistribution(Midpoint):
         missing = self.body.missing_force(state.time, state.displacement)[nodes]
         gap, normal = self.ground(state)
         touch = self.solvers["massless"].solve(missing, gap, normal, np.zeros_like(missing), state)
-        e, force = touch.departure, touch.force
+        e, force = touch.increment, touch.force
         state.displacement[nodes] += e
         state.contact_force, state.status, state.gap, state.count = (
             force,

@@ -40,11 +40,11 @@ class Midpoint(TimeIntegrator):
         moved, push = self.guess(before)
         b = self.body.missing_force((before.step + 0.5) * dt, u0 + 0.5 * moved, moved / dt)
         touch = self.touch(before, moved, b)
-        v1 = v0 + (2.0 / dt) * touch.departure
-        change = moved + touch.departure
+        v1 = v0 + (2.0 / dt) * touch.increment
+        change = moved + touch.increment
         work = self.work(touch.force, change, before.gap, touch.gap)
         work.damping = self.damping_work(change / dt, change)
-        work.own = work.normal if push is None else work.normal - float(push @ touch.gap)
+        work.numerical = work.normal if push is None else work.normal - float(push @ touch.gap)
         return self.after(
             before,
             touch,

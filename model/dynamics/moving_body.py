@@ -10,7 +10,7 @@ from scipy.sparse import bsr_array, issparse
 
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_laws import FrictionLaw, coulomb
-from model.node_loop.node_loop import lone_unknowns
+from model.node_loop.node_loop import uncoupled_unknowns
 from model.problem.rigid_modes import rigid_motions
 
 Load = np.ndarray | Callable[[float], np.ndarray]
@@ -179,7 +179,7 @@ class MovingBody:
     @cached_property
     def prescribed(self) -> np.ndarray:
         """Which unknowns (N, d) are prescribed."""
-        return lone_unknowns(self._K)
+        return uncoupled_unknowns(self._K)
 
     @cached_property
     def floats(self) -> bool:

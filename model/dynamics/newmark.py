@@ -3,7 +3,7 @@
     u1 = u0 + dt v0 + dt^2 [(1/2 - beta) a0 + beta a1],     v1 = v0 + dt [(1 - gamma) a0 + gamma a1]     (10),
     (11)
 
-With the guess u* = u0 + dt v0 + dt^2 (1/2 - beta) a0 the departure is e = beta dt^2 a1, and the equation of
+With the guess u* = u0 + dt v0 + dt^2 (1/2 - beta) a0 the increment is e = beta dt^2 a1, and the equation of
 motion at the end of the step becomes
 
     (M / (beta dt^2) + gamma / (beta dt) C + K) e = load - K u* - C v* + contact forces.
@@ -60,13 +60,13 @@ class Newmark(TimeIntegrator):
         speed = v0 + (dt * (1.0 - gamma)) * a0
         b = self.body.missing_force((before.step + 1) * dt, before.displacement + moved, speed)
         touch = self.touch(before, moved, b)
-        a1 = touch.departure / (beta * dt**2)
+        a1 = touch.increment / (beta * dt**2)
         v1 = speed + (dt * gamma) * a1
-        change = moved + touch.departure
+        change = moved + touch.increment
         mean = (1.0 - gamma) * before.contact_force + gamma * touch.force
         work = self.work(mean, change, before.gap, touch.gap)
         work.damping = self.damping_work(0.5 * (v0 + v1), change)
-        work.own = work.normal if (beta, gamma) == (0.25, 0.5) else np.nan
+        work.numerical = work.normal if (beta, gamma) == (0.25, 0.5) else np.nan
         return self.after(
             before,
             touch,

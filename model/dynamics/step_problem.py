@@ -39,7 +39,7 @@ def step_problem(integrator: TimeIntegrator, before: State) -> tuple[ContactProb
         body.friction,
         prolongations=body.prolongations,
     )
-    return problem, SimpleNamespace(displacement=moved + touch.departure, contact_force=touch.force)
+    return problem, SimpleNamespace(displacement=moved + touch.increment, contact_force=touch.force)
 
 
 def save_step(path: str | Path, integrator: TimeIntegrator, before: State) -> None:

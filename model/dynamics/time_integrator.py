@@ -1,6 +1,6 @@
 """What all time integrators share: the state, the start, and one contact problem a step.
 
-Every scheme guesses the end of the step, and the contact loop finds the departure from the guess:
+Every scheme guesses the end of the step, and the contact loop finds the increment from the guess:
 
     A e = b + contact forces,    g(guess) + n . e >= 0,                                                (1)
 
@@ -41,7 +41,7 @@ class Work:
         Work of changing loads beyond that of the scheme's mean load.
     impulse : (d,)
         Impulse of the road.
-    own : float
+    numerical : float
         What the scheme says its own step adds to the energy; NaN if it has no closed form.
     """
 
@@ -50,7 +50,7 @@ class Work:
     damping: float = 0.0
     load: float = 0.0
     impulse: Any = 0.0
-    own: float = 0.0
+    numerical: float = 0.0
 
 
 @dataclass
@@ -107,7 +107,7 @@ class Touch:
 
     Attributes
     ----------
-    departure : (N, d)
+    increment : (N, d)
         From the guess.
     force : (n, d)
         Of the road on the body.
@@ -118,7 +118,7 @@ class Touch:
     cycles : int
     """
 
-    departure: np.ndarray
+    increment: np.ndarray
     force: np.ndarray
     status: np.ndarray
     gap: np.ndarray
@@ -172,11 +172,11 @@ class StepSolver:
         """
         loop, correction = self.loop, self.correction
         if not (normal == loop.frame[:, 0]).all():
-            loop.turn(normal)
-            correction.turn()
+            loop.update_normals(normal)
+            correction.update_normals()
         loop.slip_rate = self.slip_rate
         slipped = None if loop.friction is None else (before.status == SLIP).astype(np.float64)
-        loop.aim(b, gap, back, slipped)
+        loop.set_load(b, gap, back, slipped)
         e, status, cycles = np.zeros(loop.shape), before.status.copy(), 0
         if isinstance(correction, Condensation):
             correction.improve(e, status, b.copy(), 0.1 * self.tolerance)
@@ -295,7 +295,7 @@ class TimeIntegrator(ABC):
         return state
 
     def touch(self, before: State, moved: np.ndarray, b: np.ndarray, solver: str = "step") -> Touch:
-        """Find the departure from the guess `before.displacement + moved` for the missing force b (N, d)."""
+        """Find the increment from the guess `before.displacement + moved` for the missing force b (N, d)."""
         gap, normal = self.ground(before)
         there = moved[self.body.contact_nodes]
         advance(gap, normal, there)

@@ -63,7 +63,7 @@ def frames(normal: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, error_model="numpy")
-def put_back(contact, c, inverse, r, u):
+def close_gap(contact, c, inverse, r, u):
     """Relax candidate `c` with defect `r`.
 
     Where it penetrates, return it to the surface by the normal force that takes. Return the status.
@@ -267,6 +267,6 @@ def contact_sweeps(dim: int, friction: bool) -> Any:
                 elif friction:
                     status[c] = stick_or_slip(contact, c, inverse, r, u, bound, slip_rate)
                 else:
-                    status[c] = put_back(contact, c, inverse, r, u)
+                    status[c] = close_gap(contact, c, inverse, r, u)
 
     return sweeps

@@ -58,13 +58,13 @@ class NodeLoop:
         diagonal_blocks(A, rows, self.diagonal)
         self.inverse = np.empty_like(self.diagonal)
         generalised_inverses(self.diagonal, rows, self.inverse)
-        self.lone = lone_unknowns(A)
-        self.loaded, self._some_lone = ~self.lone, bool(self.lone.any())
+        self.uncoupled = uncoupled_unknowns(A)
+        self.loaded, self._some_uncoupled = ~self.uncoupled, bool(self.uncoupled.any())
         self.nodes = np.asarray(contact_nodes, dtype=np.int64)
         number = np.full(N, -1, dtype=np.int32)
         number[self.nodes] = np.arange(self.nodes.size)
         self.number = number
-        self.turn(normal)
+        self.update_normals(normal)
         self._sweeps = contact_sweeps(d, friction is not None)
         self._residual = natural_residual(d, friction is not None)
         self._bound = None if friction is None else friction.address
@@ -72,12 +72,12 @@ class NodeLoop:
         self.sweeps, self.slip_rate = 0, 1.0
         self.seconds_of_passes, self.passes = 0.0, 0
 
-    def turn(self, normal: np.ndarray) -> None:
+    def update_normals(self, normal: np.ndarray) -> None:
         """Set the normals (n, d) of the candidates."""
         self.frame = frames(np.asarray(normal, dtype=np.float64))
         self.block = np.einsum("cab,cbe,cfe->caf", self.frame, self.diagonal[self.nodes], self.frame)
 
-    def aim(
+    def set_load(
         self,
         b: np.ndarray,
         gap: np.ndarray,
@@ -104,16 +104,16 @@ class NodeLoop:
             local,
             np.zeros(n) if state is None else state,
         )
-        self.load_size = length(b[self.loaded] if self._some_lone else b)
+        self.load_size = length(b[self.loaded] if self._some_uncoupled else b)
 
     def start(self, u: np.ndarray, status: np.ndarray | None = None) -> np.ndarray:
         """Make `u` (N, d) admissible in place: prescribed unknowns at their values, no node below the road.
 
         Return the status (n,).
         """
-        if self.lone.any():
+        if self.uncoupled.any():
             diagonal = np.einsum("iaa->ia", self.diagonal)
-            u[self.lone] = self.b[self.lone] / diagonal[self.lone]
+            u[self.uncoupled] = self.b[self.uncoupled] / diagonal[self.uncoupled]
         status = np.zeros(self.nodes.size, dtype=np.int8) if status is None else status.astype(np.int8)
         place_all_on_surface(self.contact, u, status)
         self.hold_sticking(u, status)
@@ -215,7 +215,7 @@ def stop_slip_that_turned(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> 
 
 
 @njit(cache=True)
-def lone_unknowns(A):
+def uncoupled_unknowns(A):
     """Which unknowns (N, d) are alone in their row.
 
     Prescribed ones, whose value is load over diagonal entry.

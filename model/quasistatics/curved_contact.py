@@ -91,7 +91,7 @@ class CurvedContact:
         rounds: list[Solution] = []
         options["start"] = start
         while len(rounds) < ROUNDS:
-            solver.turn(planes.normal, planes.gaps(points))
+            solver.update_normals(planes.normal, planes.gaps(points))
             solution = solver.solve(
                 tangential_reference=planes.anchor - points, tolerance=tolerance, **options
             )
@@ -102,8 +102,8 @@ class CurvedContact:
             if planes.follow(points + u[nodes], status, solution.pressure_force, steady):
                 self.normal, self.foot = planes.normal, planes.foot
                 return _all_rounds(rounds, planes.gap)
-            guess, touching = u.copy(), status != FREE
-            guess[nodes[touching]] = (planes.foot - points)[touching]
+            guess, in_contact = u.copy(), status != FREE
+            guess[nodes[in_contact]] = (planes.foot - points)[in_contact]
             options |= {"start": guess, "start_status": status}
         raise NotConverged(
             f"No convergence on the curved road: after {ROUNDS} rounds nodes are {self.distances[-1]:.1e} "

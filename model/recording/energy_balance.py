@@ -31,7 +31,7 @@ class Entry:
         Put in so far by loads that change.
     gain : float
         What the integrator added in this step, (1).
-    own : float
+    numerical : float
         What its closed form says of that; NaN where there is none.
     total : float
         Energy with all that was dissipated, less what changing loads put in: it changes by `gain`.
@@ -48,7 +48,7 @@ class Entry:
     contact_work: float
     load_work: float
     gain: float
-    own: float
+    numerical: float
     total: float
     momentum: np.ndarray
     momentum_error: float
@@ -84,7 +84,7 @@ class Ledger:
             entry.load_work += entry.potential - last.potential + float(np.vdot(load, change)) + work.load
         entry.total = entry.kinetic + entry.strain + entry.potential
         entry.total += entry.damping + entry.friction - entry.load_work
-        entry.gain, entry.own = entry.total - last.total, work.own
+        entry.gain, entry.numerical = entry.total - last.total, work.numerical
         impulse = integrator.dt * load.sum(axis=0) + work.impulse
         if integrator.body.floats:
             entry.momentum_error = float(np.abs(entry.momentum - last.momentum - impulse).max())

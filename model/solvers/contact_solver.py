@@ -97,7 +97,7 @@ class Relaxation:
             self.loop.sweep(u, status, count)
             count = min(2 * count, 100)
 
-    def turn(self) -> None:
+    def update_normals(self) -> None:
         """Follow the loop's new normals: there is nothing to follow."""
 
 
@@ -166,15 +166,15 @@ class ContactSolver:
             return algebraic(problem.A, loop, problem.coordinates)
         return Condensation(problem.A, loop, self.holding)
 
-    def turn(self, normal: np.ndarray, gap: np.ndarray) -> None:
+    def update_normals(self, normal: np.ndarray, gap: np.ndarray) -> None:
         """Give every candidate a new plane.
 
         Its unit normal (n, d), and its distance (n,) at zero displacement, of any sign.
         """
-        self.loop.turn(normal)
+        self.loop.update_normals(normal)
         self._hold = None  # it knows the old normals
         self.gap = np.asarray(gap, dtype=np.float64)
-        self.correction.turn()
+        self.correction.update_normals()
 
     def solve(
         self,
@@ -230,7 +230,7 @@ class ContactSolver:
             tangential_reference = problem.tangential_reference
         reference = shaped("tangential_reference", tangential_reference, loop.force.shape)
         loop.slip_rate = slip_rate
-        loop.aim(b, gap, reference, self.state)
+        loop.set_load(b, gap, reference, self.state)
         u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
         status = loop.start(u, start_status)
         first = loop.sweeps
@@ -243,7 +243,7 @@ class ContactSolver:
                 raise
             base[:] = u
             there = base[loop.nodes]
-            loop.aim(
+            loop.set_load(
                 missing_at(problem.A, b, base),
                 gap_at(gap, loop.frame[:, 0], there),
                 reference - there,

@@ -1,8 +1,8 @@
 """A displacement in two parts, where a double has too few digits for one.
 
 A hard part that a soft one carries far off turns the rounding of its displacement, eps u, into forces
-eps K u that may exceed what the soft part bears. Then the displacement is base + departure: what is missing
-at the base is found with longer numbers, and the contact problem is solved once more, for the departure:
+eps K u that may exceed what the soft part bears. Then the displacement is base + increment: what is missing
+at the base is found with longer numbers, and the contact problem is solved once more, for the increment:
 
     A e = (b - A base) + contact forces,    (gap + n . base) + n . e >= 0.
 """

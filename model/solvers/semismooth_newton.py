@@ -19,8 +19,8 @@ from model.node_loop.contact_sweep import (
     SLIP,
     STICK,
     Candidates,
+    close_gap,
     place_all_on_surface,
-    put_back,
     stick_or_slip,
 )
 from model.node_loop.friction_laws import FrictionLaw, allowed
@@ -298,7 +298,7 @@ def sweep(count, S, contact, inverse, b, u, status, bound, slip_rate):
             if bound is not None:
                 status[c] = stick_or_slip(contact, c, inverse, r, u, bound, slip_rate)
             else:
-                status[c] = put_back(contact, c, inverse, r, u)
+                status[c] = close_gap(contact, c, inverse, r, u)
 
 
 @njit(cache=True, error_model="numpy")
@@ -331,7 +331,7 @@ def sweep_forces(count, arrays, contact, b, u, status, bound, slip_rate):
             if bound is not None:
                 status[c] = stick_or_slip(lone, c, arrays.yielding, nothing, u, bound, slip_rate)
             else:
-                status[c] = put_back(lone, c, arrays.yielding, nothing, u)
+                status[c] = close_gap(lone, c, arrays.yielding, nothing, u)
             for a in range(d):
                 force[c, a] = 0.0
                 for e in range(d):

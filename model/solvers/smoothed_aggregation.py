@@ -26,7 +26,7 @@ def algebraic(A: bsr_array, loop: NodeLoop, coordinates: np.ndarray) -> Multigri
     """
     N, d = loop.shape
     motions = rigid_motions(coordinates)
-    motions[loop.lone] = 0.0
+    motions[loop.uncoupled] = 0.0
     hierarchy = pyamg.smoothed_aggregation_solver(
         A,
         B=motions.reshape(N * d, -1),

@@ -124,17 +124,17 @@ class Condensation:
         known = np.zeros(loop.force.shape) if known is None else known
         free = self.back_substitute(r)
         gap, after = np.empty(status.size), np.empty(status.size)
-        member = np.zeros(status.size, dtype=np.bool_)
-        member[self.grounded] = True
-        largest, lowest, count = gaps_without(contact, u, free, status, gap, after, member)
+        selected = np.zeros(status.size, dtype=np.bool_)
+        selected[self.grounded] = True
+        largest, lowest, count = gaps_without(contact, u, free, status, gap, after, selected)
         tiny = 1e-14 * largest
         solved = count == 0 and self.grounded.size == 0
         moved: np.ndarray | None = free
         while not solved or lowest < -tiny:
             if solved:
                 below = np.flatnonzero(after < -tiny)
-                member[below[np.argsort(after[below])[: max(8, int(member.sum()))]]] = True
-            self._set_up(np.flatnonzero(member))
+                selected[below[np.argsort(after[below])[: max(8, int(selected.sum()))]]] = True
+            self._set_up(np.flatnonzero(selected))
             active = self._active
             force = self.small.solve(contact, active, u, free, gap, known, status, loop.slip_rate, tolerance)
             if self._whole:
@@ -188,7 +188,7 @@ class Condensation:
         self._place[new] = known + np.arange(new.size)
         self.batches.append(new)
 
-    def turn(self) -> None:
+    def update_normals(self) -> None:
         """Follow the loop's new normals."""
         self._active = NOBODY
 
@@ -199,11 +199,11 @@ def factorised(A: csc_array) -> SuperLU:
 
 
 @njit(cache=True, error_model="numpy")
-def gaps_without(contact, u, free, status, gap, after, member):
+def gaps_without(contact, u, free, status, gap, after, selected):
     """Write into `gap` and `after` the gaps (n,) at u (N, d), and after the free move from there.
 
-    Add to the `member`s (n,) who touches already or is and stays below the road. Return the largest of `gap`,
-    the lowest of `after`, and the number of members added.
+    Mark in `selected` (n,) who touches already or is and stays below the road. Return the largest of
+    `gap`, the lowest of `after`, and the number of candidates added.
     """
     largest, lowest, count = 0.0, 0.0, 0
     for c in range(gap.size):
@@ -215,7 +215,7 @@ def gaps_without(contact, u, free, status, gap, after, member):
         after[c] = here + there
         largest, lowest = max(largest, here), min(lowest, after[c])
         if status[c] != FREE or (here < 0.0 and after[c] < 0.0):
-            member[c] = True
+            selected[c] = True
             count += 1
     return largest, lowest, count
 

@@ -258,11 +258,11 @@ class Multigrid:
         place_on_road(loop, u, status)
         return turned
 
-    def turn(self) -> None:
+    def update_normals(self) -> None:
         """Follow the loop's new normals: what is held must be held anew."""
         self.status[self.held] = -1
         if self.coarser is not None:
-            self.coarser.turn(self.loop)
+            self.coarser.update_normals(self.loop)
 
     def _fall(self, u: np.ndarray, status: np.ndarray) -> float:
         """Part of the correction x after which no node is deeper below the road than one is above it now.
@@ -291,7 +291,7 @@ class Multigrid:
         """Zero the components of r (N, d) in which nodes are held or prescribed."""
         nodes = self.loop.nodes[self.held]
         r[nodes] = np.einsum("cab,cb->ca", self.projectors[self.held], r[nodes])
-        r[self.loop.lone] = 0.0
+        r[self.loop.uncoupled] = 0.0
 
     def _conjugate_gradients(self, r: np.ndarray, wanted: float) -> int:
         """Set x with A x = r on what is linear, until the defect (in r) is below `wanted`.
@@ -422,11 +422,11 @@ class CoarserMesh:
             np.abs(self.weights.sum(axis=1) - 1.0) < 1e-9
         )  # candidates whose parents are candidates
 
-    def turn(self, fine: NodeLoop) -> None:
+    def update_normals(self, fine: NodeLoop) -> None:
         """Follow the new normals of the finer mesh."""
-        self.loop.turn(fine.frame[self.copies, 0])
+        self.loop.update_normals(fine.frame[self.copies, 0])
         if self.correction is not None:
-            self.correction.turn()
+            self.correction.update_normals()
 
     def _direct(self) -> Condensation:
         """Factorise the coarsest matrix, with a unit diagonal where truncation left nothing."""
@@ -450,22 +450,22 @@ class CoarserMesh:
         level.transfers.restrict(level.P, level.children, r, b)
         way = fine.sticking_place(self.copies) - u[fine.nodes[self.copies]]
         coarse.slip_rate = fine.slip_rate
-        coarse.aim(b, fine.gaps(u, status)[self.copies], way, fine.contact.state[self.copies])
+        coarse.set_load(b, fine.gaps(u, status)[self.copies], way, fine.contact.state[self.copies])
         e = np.zeros(coarse.shape)
-        touching = coarse.start(e, status[self.copies])
+        in_contact = coarse.start(e, status[self.copies])
         if self.correction is None:
             self.correction = self._direct()
         with suppress(NotConverged):  # a guess is a guess
             # the coarsest answer is exact: it must have found the nodes that hold the body
             wanted = max(NESTED, record.tolerance) if isinstance(self.correction, Multigrid) else 1e-6
             enough = Record(wanted, GUESSES, record.sweeps, False)
-            self.correction.solve(e, touching, enough)
+            self.correction.solve(e, in_contact, enough)
         level.transfers.prolong(level.P, e, u)
         gap = fine.contact.gap + np.einsum("ca,ca->c", fine.frame[:, 0], u[fine.nodes])
-        arrived = self.weights @ coarse.gaps(e, touching)
+        arrived = self.weights @ coarse.gaps(e, in_contact)
         lift = np.where(self.between, arrived - gap, 0.0)
         u[fine.nodes] += lift[:, None] * fine.frame[:, 0]
-        stuck = self.weights @ (touching == STICK).astype(float) > 1.0 - 1e-9
+        stuck = self.weights @ (in_contact == STICK).astype(float) > 1.0 - 1e-9
         status[:] = np.where(self.between & (arrived == 0.0), np.where(stuck, STICK, SLIP), FREE)
         place_on_road(fine, u, status)
 
@@ -477,12 +477,12 @@ def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], coordinates: n
     for number, weights in enumerate(prolongations):
         P = nodal_prolongation(weights, d)
         if number == 0:
-            truncate_prescribed(P, loop.lone)
+            truncate_prescribed(P, loop.uncoupled)
         levels.append(coarsen(levels[-1], P, weights.shape[1]))
     return Multigrid(loop, levels, CoarserMesh(loop, levels, prolongations, coordinates))
 
 
-def truncate_prescribed(P: BlockMatrix, lone: np.ndarray) -> None:
+def truncate_prescribed(P: BlockMatrix, uncoupled: np.ndarray) -> None:
     """Zero the rows of P at prescribed unknowns (N, d)."""
-    rows = np.repeat(np.arange(lone.shape[0]), np.diff(P.indptr).astype(np.int64))
-    P.data[lone[rows]] = 0.0
+    rows = np.repeat(np.arange(uncoupled.shape[0]), np.diff(P.indptr).astype(np.int64))
+    P.data[uncoupled[rows]] = 0.0
