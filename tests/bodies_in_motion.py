@@ -25,7 +25,7 @@ def bouncing_ring(friction=None, around=40, across=3, damping=None, nested=0):
 
 
 def rod(elements=200):
-    """The rod of model.closed_forms.rod with the wall at its left end, and its initial displacement."""
+    """the rod of `RodImpact` with the wall at its left end, and its initial displacement."""
     body = Body.from_grid(rectangle(1.0, 1.0, elements, 1))
     support = Support(body).fix("right", x=0.0).fix("top", y=0.0).fix("bottom", y=0.0)
     elasticity = Elasticity(body, Isotropic(1.0, 0.0), "plane stress")

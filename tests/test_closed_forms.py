@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from model.closed_forms import rod
 from model.closed_forms.carter import Carter
 from model.closed_forms.hertz import HertzCylinder, HertzSphere, effective_modulus
 from model.closed_forms.mindlin import MindlinCylinder, MindlinSphere
+from model.closed_forms.rod import RodImpact
 from model.closed_forms.spence import Spence, dundurs_beta, goodman_stick_ratio, unit_punch
 
 PAPER = HertzCylinder(P=1e4, R=10, E=210e3, nu=0.3)
 BALL = HertzSphere(F=100, R=10, E=210e3, nu=0.3)
+rod = RodImpact()
 
 
 def integral(function, a):
@@ -120,7 +121,7 @@ def test_rod_conserves_energy_and_obeys_wall_and_support():
     x = (np.arange(4000) + 0.5) / 4000
     for t in np.linspace(0, 7, 141):
         energy = np.mean(rod.velocity(x, t) ** 2 + rod.stress(x, t) ** 2) / 2
-        assert energy == pytest.approx(rod.ENERGY, rel=1e-3)
+        assert energy == pytest.approx(rod.energy, rel=1e-3)
     t = np.linspace(0, 6, 601)
     assert np.all(rod.displacement(0, t) >= 0) and np.all(rod.displacement(1, t) == 0)
     assert np.all(rod.contact_pressure(t) * rod.displacement(0, t) == 0)
@@ -138,6 +139,17 @@ def test_rod_solves_the_wave_equation():
     assert -rod.stress(1e-6, np.array([1.2, 1.8])) == pytest.approx(0.5)
 
 
+def test_rod_in_units():
+    steel, (x, t) = RodImpact(L=2.0, E=2.1e11, rho=7800.0), np.meshgrid([0.0, 0.3, 0.9], [0.2, 1.3, 2.4])
+    c = np.sqrt(2.1e11 / 7800.0)
+    h = 1e-7
+    velocity = (steel.displacement(2 * x, (2 * t + h) / c) - steel.displacement(2 * x, 2 * t / c)) / (h / c)
+    assert velocity == pytest.approx(steel.velocity(2 * x, 2 * t / c), rel=1e-6)
+    assert steel.stress(2 * x, 2 * t / c) == pytest.approx(2.1e11 * rod.stress(x, t))
+    assert steel.contact_pressure(0.5 * steel.period) == pytest.approx(1.05e11)
+    assert steel.energy == pytest.approx(0.5 * 2.1e11 * 0.5**2 * 2.0)
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [
@@ -151,6 +163,7 @@ def test_rod_solves_the_wave_equation():
         (lambda: MindlinSphere(BALL, 1, 0), "mu must be .*0"),
         (lambda: Spence(PAPER, -0.1), "mu must be .*-0.1"),
         (lambda: Spence(PAPER, 1e-12).p0, "mu = 1e-12 leaves"),
+        (lambda: RodImpact(rho=0.0), "rho must be .*0"),
         (lambda: rod.displacement(1.5, 0), "x must be .*1.5"),
         (lambda: rod.contact_pressure(-1), "t must be .*-1"),
     ],

@@ -1,4 +1,4 @@
-"""Steady tractive rolling of a cylinder: F. W. Carter, Proc. R. Soc. A 112 (1926) 151.
+"""Closed form of steady tractive rolling of a cylinder: F. W. Carter, Proc. R. Soc. A 112 (1926) 151.
 
 Source: Johnson, Contact Mechanics (1985), section 8.3. Like Mindlin's, it takes normal and tangential
 tractions as uncoupled; the stick zone keeps its width but touches the leading edge, here at x = +a.
@@ -17,6 +17,8 @@ from model.closed_forms.mindlin import MindlinCylinder
 class Carter(MindlinCylinder):
     """A cylinder that rolls steadily towards +x under P and transmits Q: Mindlin's, its stick zone moved.
 
+    Examples
+    --------
     >>> from model.closed_forms.hertz import HertzCylinder
     >>> round(Carter(HertzCylinder(P=1e4, R=10.0, E=210e3, nu=0.3), Q=3750.0, mu=0.5).creepage, 5)
     0.01857

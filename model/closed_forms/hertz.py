@@ -1,4 +1,4 @@
-"""Hertz's frictionless contact of an elastic cylinder or sphere on a rigid plane.
+"""Closed form of frictionless contact of a cylinder or sphere on a rigid plane (Hertz).
 
 Source: equations (12) and (13) of the paper for the cylinder; K. L. Johnson, Contact Mechanics (1985),
 section 4.2. Any consistent units will do; those in brackets are the demos'.
@@ -26,6 +26,11 @@ def effective_modulus(E: float, nu: float) -> float:
     ------
     ValueError
         If E is not positive or nu is out of range.
+
+    Examples
+    --------
+    >>> effective_modulus(E=9.1, nu=0.3)
+    10.0
     """
     positive(E=E)
     poisson_ratio(nu)
@@ -59,6 +64,12 @@ class HertzCylinder:
     ------
     ValueError
         If P, R or E is not positive or nu is out of range.
+
+    Examples
+    --------
+    >>> hertz = HertzCylinder(P=1e4, R=10.0, E=210e3, nu=0.3)
+    >>> round(hertz.p0, 2), round(hertz.a, 5)
+    (8570.66, 0.74279)
     """
 
     P: float
@@ -105,6 +116,12 @@ class HertzSphere:
     ------
     ValueError
         If F, R or E is not positive or nu is out of range.
+
+    Examples
+    --------
+    >>> ball = HertzSphere(F=1e4, R=10.0, E=210e3, nu=0.3)
+    >>> round(ball.p0, 1), round(ball.a, 4), round(ball.approach, 4)
+    (10100.7, 0.6875, 0.0473)
     """
 
     F: float

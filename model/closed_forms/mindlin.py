@@ -1,4 +1,4 @@
-"""Partial slip under a tangential force after a constant normal one: Cattaneo (1938) and Mindlin (1949).
+"""Closed form of partial slip under a tangential force: Cattaneo (1938) and Mindlin (1949).
 
 Source: equations (14) and (15) of the paper for the cylinder; Johnson, Contact Mechanics (1985), section 7.2.
 Normal and tangential tractions are taken as uncoupled: equal bodies, or nu = 1/2 on a rigid plane.
@@ -30,6 +30,12 @@ class MindlinCylinder:
     ------
     ValueError
         If mu is not positive or Q is out of range.
+
+    Examples
+    --------
+    >>> pushed = MindlinCylinder(HertzCylinder(P=1e4, R=10.0, E=210e3, nu=0.3), Q=3750.0, mu=0.5)
+    >>> round(pushed.c / pushed.normal.a, 3)
+    0.5
     """
 
     normal: HertzCylinder
@@ -73,6 +79,12 @@ class MindlinSphere:
     ------
     ValueError
         If mu is not positive or Q is out of range.
+
+    Examples
+    --------
+    >>> pushed = MindlinSphere(HertzSphere(F=1e4, R=10.0, E=210e3, nu=0.3), Q=4375.0, mu=0.5)
+    >>> round(pushed.c / pushed.normal.a, 3), round(pushed.shift, 4)
+    (0.5, 0.0215)
     """
 
     normal: HertzSphere

@@ -1,4 +1,4 @@
-"""Normal loading with friction: an elastic cylinder pressed on a rigid plane, coupled stick and slip.
+"""Half-plane solution of a cylinder pressed on a rough plane, with coupled stick and slip (Spence 1975).
 
 The surface of the cylinder, taken as a half plane, moves inwards as it is pressed, and friction drags it
 outwards. D. A. Spence (J. Elasticity 5 (1975) 297) showed that under a growing load the stick ratio c/a keeps
@@ -47,6 +47,11 @@ def dundurs_beta(nu: float) -> float:
     ------
     ValueError
         If nu is out of range.
+
+    Examples
+    --------
+    >>> round(dundurs_beta(0.3), 4)
+    0.2857
     """
     poisson_ratio(nu)
     return (1 - 2 * nu) / (2 * (1 - nu))
@@ -66,6 +71,11 @@ def goodman_stick_ratio(mu: float, nu: float) -> float:
     ------
     ValueError
         If mu is not positive or nu is out of range.
+
+    Examples
+    --------
+    >>> round(goodman_stick_ratio(mu=0.5, nu=0.3), 3)
+    0.968
     """
     positive(mu=mu)
     beta = dundurs_beta(nu)
@@ -87,6 +97,12 @@ class Spence:
     ------
     ValueError
         If mu is not positive.
+
+    Examples
+    --------
+    >>> rough = Spence(HertzCylinder(P=1e4, R=10.0, E=210e3, nu=0.3), mu=0.5)
+    >>> round(rough.p0 / rough.normal.p0, 3), round(rough.c / rough.a, 2)
+    (1.078, 0.94)
     """
 
     normal: HertzCylinder
@@ -165,6 +181,11 @@ def unit_punch(mu: float, nu: float, panels: int = PANELS) -> Punch:
     ------
     ValueError
         If mu is not positive, or too small to leave a stick zone, or nu is out of range.
+
+    Examples
+    --------
+    >>> round(unit_punch(mu=0.2, nu=0.3).stick_ratio, 2)
+    0.36
     """
     positive(mu=mu)
     beta = dundurs_beta(nu)
