@@ -28,7 +28,7 @@ def touching_ring(mu=None, inner=0.2, around=24, across=3, E=1000.0, density=1.0
 
 
 def rod(elements=20):
-    """the rod of `RodImpact`, its end a hundredth of its length from the wall."""
+    """The rod of `RodImpact`, its end a hundredth of its length from the wall."""
     body = Body.from_grid(rectangle(1.0, 1.0, elements, 1))
     support = Support(body).fix("right", x=0.0).fix("top", y=0.0).fix("bottom", y=0.0)
     elasticity = Elasticity(body, Isotropic(1.0, 0.0), "plane stress")
