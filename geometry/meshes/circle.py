@@ -1,4 +1,4 @@
-"""Put points onto a circle or a sphere, to the last digit where it touches the road."""
+"""Projection of points onto a circle or a sphere."""
 
 from __future__ import annotations
 
@@ -15,8 +15,17 @@ def onto_circle(radius: float, lowest: Sequence[float] = (0.0, 0.0)) -> Callable
 
     Parameters
     ----------
-    radius : of the circle or sphere
-    lowest : its lowest point, of 2 or 3 coordinates, the last of which is the height
+    radius : float
+        Of the circle or sphere.
+    lowest : sequence of float
+        Its lowest point, of 2 or 3 coordinates, the last of which is the height.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> onto_circle(2.0)(np.array([[0.0, 4.5], [0.0, 0.1]]))
+    array([[0., 4.],
+           [0., 0.]])
     """
     base = np.asarray(lowest, dtype=float)
 

@@ -1,4 +1,4 @@
-"""The lower half of a ball lying on the road z = 0: a block mesh of hexahedra, made for uniform refinement.
+"""Block mesh of the lower half of a ball on the road z = 0, for uniform refinement.
 
 As in the plane (half_cylinder.py), the half ball is a conformal image of the upper half of the unit ball,
 by the same map in every plane through the axis: it takes the disc s_z = 0 to the sphere, s = 0 to its
@@ -33,22 +33,31 @@ def half_ball(
 
     Parameters
     ----------
-    radius : of the ball; its centre is (0, 0, radius)
-    part : "whole", "half" (y >= 0) or "quarter" (x >= 0 and y >= 0)
-    refinements : how many times to halve every edge; new nodes of the sphere lie on it exactly
-    inner_half_width : arc length from the lowest point to the middle of the inner block's side, best a
-        little more than the radius of
-        the contact; default 0.1 radius. A smaller one makes more shells.
+    radius : float
+        Of the ball; its centre is (0, 0, radius).
+    part : str
+        "whole", "half" (y >= 0) or "quarter" (x >= 0 and y >= 0).
+    refinements : int
+        How many times to halve every edge; new nodes of the sphere lie on it exactly.
+    inner_half_width : float, optional
+        Arc length from the lowest point to the middle of the inner block's side, best a little more
+        than the radius of the contact; default 0.1 radius. A smaller one makes more shells.
 
     Returns
     -------
-    Grid with the boundaries "sphere", "top" (the flat face, z = radius) and, where it is cut, "x0" (x =
-    0) and "y0" (y = 0)
+    Grid
+        With the boundaries "sphere", "top" (the flat face, z = radius) and, where it is cut, "x0" (x =
+        0) and "y0" (y = 0).
 
     Raises
     ------
     ValueError
-        for a radius or width that is not positive, a width beyond the radius, and parts unknown.
+        For a radius or width that is not positive, a width beyond the radius, and parts unknown.
+
+    Examples
+    --------
+    >>> half_ball(10.0, part="quarter").cells.shape
+    (80, 8)
     """
     if not (np.isfinite(radius) and radius > 0):
         raise ValueError(f"The radius is {radius}; it must be positive.")

@@ -1,4 +1,4 @@
-"""The paper's half cylinder lying on the road y = 0: one structured block, or a block mesh to refine.
+"""Meshes of the half cylinder on the road y = 0: one structured block, or a block mesh to refine.
 
 Both use that the half disc is a conformal image of the upper half of the unit disc: z = 2 R s / (1 - i s)
 takes the real axis to the arc, s = 0 to its lowest point and the unit circle to the flat face, so that what
@@ -36,16 +36,29 @@ def half_cylinder(
 
     Parameters
     ----------
-    radius : of the cylinder; its centre is (0, radius)
-    columns, layers : even number of cells along the arc, and cells from the arc to the flat face
-    spacing : of the nodes on the arc under the contact, and of the first layer; default 0.0073 radius
-    contact_half_width : arc length from the lowest point that is evenly spaced; default 0.09 radius
-    side : angle (radians, from the lowest point) of the block's corners on the arc
-    cell : "quadrilateral", or "triangle" to cut each in four
+    radius : float
+        Of the cylinder; its centre is (0, radius).
+    columns, layers : int
+        Even number of cells along the arc, and cells from the arc to the flat face.
+    spacing : float, optional
+        Of the nodes on the arc under the contact, and of the first layer; default 0.0073 radius.
+    contact_half_width : float, optional
+        Arc length from the lowest point that is evenly spaced; default 0.09 radius.
+    side : float
+        Angle (radians, from the lowest point) of the block's corners on the arc.
+    cell : str
+        "quadrilateral", or "triangle" to cut each in four.
 
     Returns
     -------
-    Grid with the boundaries "arc" and "top" (the flat face, y = radius), its own mirror image to the last bit
+    Grid
+        With the boundaries "arc" and "top" (the flat face, y = radius), its own mirror image to the
+        last bit.
+
+    Examples
+    --------
+    >>> half_cylinder(radius=10.0).cells.shape
+    (760, 4)
     """
     _check_radius(radius)
     _check_cell(cell)
@@ -99,15 +112,25 @@ def half_cylinder_nested(
 
     Parameters
     ----------
-    radius : of the cylinder; its centre is (0, radius)
-    refinements : how many times to halve every edge; new nodes of the arc lie on the circle
-    inner_half_width : arc length from the lowest point to the end of the inner block, best a little more than
-        the half width of the contact; default 0.1 radius. A smaller one makes more shells.
-    cell : "quadrilateral", or "triangle" to cut each in four
+    radius : float
+        Of the cylinder; its centre is (0, radius).
+    refinements : int
+        How many times to halve every edge; new nodes of the arc lie on the circle.
+    inner_half_width : float, optional
+        Arc length from the lowest point to the end of the inner block, best a little more than the half
+        width of the contact; default 0.1 radius. A smaller one makes more shells.
+    cell : str
+        "quadrilateral", or "triangle" to cut each in four.
 
     Returns
     -------
-    Grid with the boundaries "arc" and "top" (the flat face, y = radius), symmetric about x = 0
+    Grid
+        With the boundaries "arc" and "top" (the flat face, y = radius), symmetric about x = 0.
+
+    Examples
+    --------
+    >>> half_cylinder_nested(radius=10.0, refinements=1).cells.shape
+    (224, 4)
     """
     _check_radius(radius)
     _check_cell(cell)

@@ -1,4 +1,4 @@
-"""Several bodies in one mesh, each where it should be."""
+"""Joining and shifting of meshes."""
 
 from __future__ import annotations
 
@@ -15,17 +15,26 @@ def join(grids: Mapping[str, Grid]) -> Grid:
 
     Parameters
     ----------
-    grids : {name: Grid}, all of one type of cells
+    grids : mapping
+        {name: Grid}, all of one type of cells.
 
     Returns
     -------
-    Grid whose regions are the bodies, by name, and "NAME REGION" where a body has regions of its own, and
-    whose boundaries are called "NAME BOUNDARY"
+    Grid
+        Whose regions are the bodies, by name, and "NAME REGION" where a body has regions of its own,
+        and whose boundaries are called "NAME BOUNDARY".
 
     Raises
     ------
     ValueError
-        for no grids, or grids of different cells.
+        For no grids, or grids of different cells.
+
+    Examples
+    --------
+    >>> from geometry import rectangle
+    >>> left, right = rectangle(1.0, 1.0, 2, 2), rectangle(1.0, 1.0, 2, 2, corner=(1.5, 0.0))
+    >>> sorted(join({"left": left, "right": right}).facets)[:2]
+    ['left bottom', 'left left']
     """
     kinds = {grid.cell for grid in grids.values()}
     if len(kinds) != 1:
@@ -54,7 +63,14 @@ def join(grids: Mapping[str, Grid]) -> Grid:
 
 
 def shifted(grid: Grid, by: Sequence[float]) -> Grid:
-    """Return the grid moved by a vector, with the shapes of its boundaries."""
+    """Return the grid moved by a vector, with the shapes of its boundaries.
+
+    Examples
+    --------
+    >>> from geometry import rectangle
+    >>> float(shifted(rectangle(1.0, 1.0, 2, 2), by=(0.0, 3.0)).points[:, 1].min())
+    3.0
+    """
     way = np.asarray(by, dtype=float)
     if way.shape != (grid.dim,) or not np.isfinite(way).all():
         raise ValueError(f"The shift is {by}; it must be {grid.dim} finite numbers.")

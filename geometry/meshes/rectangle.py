@@ -1,4 +1,4 @@
-"""Rectangles and boxes: structured meshes with named sides, distorted if wanted."""
+"""Structured meshes of rectangles and boxes."""
 
 from __future__ import annotations
 
@@ -31,14 +31,27 @@ def rectangle(
 
     Parameters
     ----------
-    width, height : lengths along x and y
-    columns, rows : cells along x and y
-    cell : "quadrilateral" or "triangle"
-    corner : position of the lower left corner
-    distortion : each node is moved at random by up to this part (0 to 0.5) of the spacing; nodes of the
-        boundary move along it, corners stay
-    seed : of the random numbers
-    regions : {name: function from cell centres (n, 2) to a mask (n,)}
+    width, height : float
+        Lengths along x and y.
+    columns, rows : int
+        Cells along x and y.
+    cell : str
+        "quadrilateral" or "triangle".
+    corner : (2,)
+        Position of the lower left corner.
+    distortion : float
+        Each node is moved at random by up to this part (0 to 0.5) of the spacing; nodes of the boundary
+        move along it, corners stay.
+    seed : int
+        Of the random numbers.
+    regions : mapping, optional
+        {name: function from cell centres (n, 2) to a mask (n,)}.
+
+    Examples
+    --------
+    >>> strip = rectangle(2.0, 0.5, columns=8, rows=2, corner=(-1.0, 0.0))
+    >>> strip.points.shape, strip.cells.shape, sorted(strip.facets)
+    ((27, 2), (16, 4), ['bottom', 'left', 'right', 'top'])
     """
     return _block((width, height), (columns, rows), cell, corner, distortion, seed, regions)
 
@@ -60,10 +73,19 @@ def box(
 
     Parameters
     ----------
-    width, depth, height : lengths along x, y and z
-    columns, layers, rows : cells along x, y and z
-    cell : "hexahedron" or "tetrahedron"
-    corner, distortion, seed, regions : as for `rectangle`
+    width, depth, height : float
+        Lengths along x, y and z.
+    columns, layers, rows : int
+        Cells along x, y and z.
+    cell : str
+        "hexahedron" or "tetrahedron".
+    corner, distortion, seed, regions : (3,), float, int, mapping
+        As for `rectangle`.
+
+    Examples
+    --------
+    >>> box(1.0, 1.0, 2.0, columns=2, layers=2, rows=4).cells.shape
+    (16, 8)
     """
     return _block((width, depth, height), (columns, layers, rows), cell, corner, distortion, seed, regions)
 

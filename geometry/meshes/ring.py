@@ -1,4 +1,4 @@
-"""The paper's ring: quadrilaterals between two circles."""
+"""Structured mesh of a ring."""
 
 from __future__ import annotations
 
@@ -17,13 +17,23 @@ def ring(
 
     Parameters
     ----------
-    outer, inner : radii
-    around, across : cells along the circles, an even number, and from one circle to the other
-    lowest : the ring's lowest point; a node lies exactly there
+    outer, inner : float
+        Radii.
+    around, across : int
+        Cells along the circles, an even number, and from one circle to the other.
+    lowest : (2,)
+        The ring's lowest point; a node lies exactly there.
 
     Returns
     -------
-    Grid, symmetric about the vertical to the last bit; when it is refined, new nodes lie on the circles
+    Grid
+        Symmetric about the vertical to the last bit; when it is refined, new nodes lie on the circles.
+
+    Examples
+    --------
+    >>> wheel = ring(outer=0.5, inner=0.3, around=60, across=5)
+    >>> wheel.cells.shape, float(wheel.points[:, 1].min())
+    ((300, 4), 0.0)
     """
     if not 0 < inner < outer < np.inf:
         raise ValueError(f"The radii are {outer} and {inner}; the inner one must be positive and smaller.")

@@ -1,4 +1,4 @@
-"""A piece of a tyre's tread: blocks on a common base, with grooves between them."""
+"""Structured meshes of tyre treads: blocks on a common base, with grooves between them."""
 
 from __future__ import annotations
 
@@ -22,23 +22,36 @@ def tread_block(
 
     Parameters
     ----------
-    blocks : their number along x, and in 3-D along y: (3,) or (3, 2)
-    size : of a block along x, and in 3-D along y
-    groove : width of the grooves between them along x, and in 3-D along y
-    height : of the blocks, which is the depth of the grooves
-    base : thickness of the rubber above the grooves
-    spacing : of the nodes, about; halved by each refinement
+    blocks : (d - 1,) of int
+        Their number along x, and in 3-D along y: (3,) or (3, 2).
+    size : (d - 1,)
+        Of a block along x, and in 3-D along y.
+    groove : (d - 1,)
+        Width of the grooves between them along x, and in 3-D along y.
+    height : float
+        Of the blocks, which is the depth of the grooves.
+    base : float
+        Thickness of the rubber above the grooves.
+    spacing : float
+        Of the nodes, about; halved by each refinement.
 
     Returns
     -------
-    Grid from z = 0 (y = 0 in 2-D) upwards and symmetric about the other axes, with the boundaries
-    "bottom" (the faces that may touch the road), "top", "sides" (the outer ones) and, where there are
-    any, "grooves"
+    Grid
+        From z = 0 (y = 0 in 2-D) upwards and symmetric about the other axes, with the boundaries
+        "bottom" (the faces that may touch the road), "top", "sides" (the outer ones) and, where there
+        are any, "grooves".
 
     Raises
     ------
     ValueError
-        for lengths that are not positive, and numbers that do not fit each other.
+        For lengths that are not positive, and numbers that do not fit each other.
+
+    Examples
+    --------
+    >>> tread = tread_block(blocks=(3,), size=(20.0,), groove=(5.0,), height=8.0, base=4.0, spacing=2.0)
+    >>> tread.dim, "grooves" in tread.facets
+    (2, True)
     """
     axes = len(blocks)
     if axes not in (1, 2) or len(size) != axes or len(groove) != axes:
