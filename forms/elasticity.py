@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -98,18 +98,18 @@ class Elasticity:
         force = fem.Constant(self.body.mesh, self._vector(vector, "body force"))
         return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._dx(MASS_DEGREE[self.body.cell]))
 
-    def traction(self, name: str, vector: ArrayLike) -> np.ndarray:
+    def traction(self, name: str | Sequence[str], vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a force per area (in the plane, per length) on a boundary."""
         force = fem.Constant(self.body.mesh, self._vector(vector, "traction"))
         return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._ds(name))
 
-    def total_force(self, name: str, vector: ArrayLike) -> np.ndarray:
+    def total_force(self, name: str | Sequence[str], vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a uniform traction on `name` whose sum is `vector`."""
         total = self._vector(vector, "total force")
         weights = self.traction(name, np.ones(self.body.dim))
         return weights / weights.sum(axis=0) * total
 
-    def boundary_mass(self, name: str) -> sparse.csr_array:
+    def boundary_mass(self, name: str | Sequence[str]) -> sparse.csr_array:
         """Return (N, N), the integral of v u over the boundary `name`, for pressures from nodal forces."""
         u, v = ufl.TrialFunction(self._scalar_space), ufl.TestFunction(self._scalar_space)
         matrix = sparse.csr_array(self._matrix(v * u * self._ds(name)))
@@ -216,9 +216,9 @@ class Elasticity:
     def _dx(self, degree: int) -> ufl.Measure:
         return ufl.dx(metadata={"quadrature_degree": degree})
 
-    def _ds(self, name: str) -> ufl.Measure:
-        """Measure on one boundary, always under tag 1 so that all boundaries share compiled forms."""
-        tags = self.body.facet_tags.find(self.body.names[self.body.check_name(name)])
+    def _ds(self, name: str | Sequence[str]) -> ufl.Measure:
+        """Measure on a boundary or several, always under tag 1 so that all share compiled forms."""
+        tags = self.body.facet_indices(name)
         mesh = self.body.mesh
         here = dolfinx_mesh.meshtags(mesh, self.body.dim - 1, tags, np.ones(len(tags), dtype=np.int32))
         return ufl.Measure("ds", mesh, subdomain_data=here, metadata={"quadrature_degree": FACET_DEGREE})(1)

@@ -58,9 +58,13 @@ class Support:
         self.platens: list[np.ndarray] = []
 
     def fix(
-        self, name: str, x: float | None = None, y: float | None = None, z: float | None = None
+        self,
+        name: str | Sequence[str],
+        x: float | None = None,
+        y: float | None = None,
+        z: float | None = None,
     ) -> Support:
-        """Prescribe components of the displacement on the boundary `name`; components left out stay free."""
+        """Prescribe components of the displacement on boundaries; components left out stay free."""
         return self._prescribe(self.body.nodes(name), (x, y, z), f"on {name!r}")
 
     def fix_node(
@@ -71,8 +75,8 @@ class Support:
             raise ValueError(f"There is no node {index}; the body's nodes are 0 to {len(self.value) - 1}.")
         return self._prescribe(np.array([index]), (x, y, z), f"of node {index}")
 
-    def platen(self, name: str) -> Support:
-        """Tie the nodes of the boundary `name` into one: it translates, it does not tilt."""
+    def platen(self, name: str | Sequence[str]) -> Support:
+        """Tie the nodes of a boundary, or of several, into one: it translates, it does not tilt."""
         nodes = self.body.nodes(name)
         for other in self.platens:
             if np.intersect1d(nodes, other).size:

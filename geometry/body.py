@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sparse
@@ -24,7 +25,7 @@ KINDS = {
 class Body:
     """A dolfinx mesh of degree 1 with what contact needs to know of it.
 
-    Make one with `Body.from_grid`; the grid may come from a file, by `geometry.read_msh`.
+    Make one with `Body.from_grid`; the grid may come from a file, by `geometry.read_mesh`.
 
     Attributes
     ----------
@@ -33,9 +34,11 @@ class Body:
     dim : 2 or 3
     coordinates : (N, dim), in the order of the nodes, which is that of the degrees of freedom
     cells : (n, k) nodes of each cell, in dolfinx's order
-    names : {name of a boundary: tag in `facet_tags`}
+    facets : {name of a boundary: (m, k_f) nodes of each of its facets}; a facet may belong to several
     facet_tags : dolfinx mesh tags of the named boundary facets
-    facets : {name: (m, k_f) nodes of each facet of that boundary}
+    names : {name of a boundary: its tag in `facet_tags`, or all its tags where it shares facets with others},
+        so that `ds(body.names["foot"])` is an integral over that boundary
+    node_sets : {name: nodes}, for supports only
     regions : {name: cell indices}
     prolongations : scalar csr matrices, finest first: [0] is (N, N_1), [1] is (N_1, N_2), ...; empty if not
         nested. Each coarse node is also a fine one, whose row has the single weight 1.
@@ -47,6 +50,7 @@ class Body:
         facets: Mapping[str, np.ndarray],
         regions: Mapping[str, np.ndarray] | None = None,
         prolongations: Sequence[sparse.csr_array] = (),
+        node_sets: Mapping[str, np.ndarray] | None = None,
     ):
         if mesh.topology.cell_type not in KINDS:
             raise ValueError(
@@ -58,11 +62,12 @@ class Body:
         self.dim = mesh.topology.dim
         self.coordinates = np.ascontiguousarray(mesh.geometry.x[:, : self.dim])
         self.cells = np.asarray(compat.geometry_dofmap(mesh))
-        self.facets = {name: np.asarray(rows) for name, rows in facets.items()}
+        self.facets: dict[str, np.ndarray] = {}
+        self.node_sets = {name: np.asarray(nodes) for name, nodes in (node_sets or {}).items()}
         self.regions = {name: np.asarray(cells) for name, cells in (regions or {}).items()}
         self.prolongations = list(prolongations)
-        self.names = {name: tag for tag, name in enumerate(self.facets, start=1)}
-        self.facet_tags = self._tag_facets()
+        self._indices: dict[str, np.ndarray] = {}  # dolfinx's numbers of the facets of each boundary
+        self._name({name: np.asarray(rows) for name, rows in facets.items()})
 
     @classmethod
     def from_grid(cls, grid: Grid, refinements: int = 0, triangles: bool = False) -> Body:
@@ -106,22 +111,85 @@ class Body:
             {name: node_of[rows] for name, rows in grid.facets.items()},
             {name: np.sort(cell_of[cells]) for name, cells in grid.regions.items()},
             prolongations,
+            {name: np.sort(node_of[points]) for name, points in grid.node_sets.items()},
         )
 
-    def nodes(self, name: str) -> np.ndarray:
-        """Return the nodes of the boundary `name`, sorted.
+    def mark(self, name: str, where: Callable[[np.ndarray], np.ndarray]) -> Body:
+        """Name the part of the boundary whose facets have all their nodes where a condition holds.
+
+        Parameters
+        ----------
+        name : of the new boundary; its facets may belong to others too
+        where : function of the positions x (3, n) of nodes that tells which are meant, (n,) of bool, as for
+            dolfinx's `locate_entities_boundary`
+
+        Returns
+        -------
+        Body : itself, so that marks can follow each other
+
+        Raises
+        ------
+        ValueError
+            if the name is taken, or no facet is there; the sentence says what the condition does hold for.
+
+        Examples
+        --------
+        >>> from geometry import Body, rectangle
+        >>> body = Body.from_grid(rectangle(width=2.0, height=1.0, columns=4, rows=2))
+        >>> len(body.mark("foot", lambda x: (x[1] < 1e-9) & (x[0] <= 1)).facets["foot"])
+        2
+        """
+        if name in self.facets or name in self.node_sets:
+            raise ValueError(f"There is a boundary {name!r} on this body already; choose another name.")
+        there = np.asarray(where(self.mesh.geometry.x.T))
+        if there.shape != (len(self.coordinates),) or there.dtype != bool:
+            raise ValueError(
+                f"The condition of the boundary {name!r} must return True or False for each of the "
+                f"{len(self.coordinates)} nodes; it returns {there.dtype} of shape {there.shape}."
+            )
+        rows = self._exterior[0]
+        rows = rows[there[rows].all(axis=1)]
+        if len(rows) == 0:
+            raise ValueError(
+                f"No facet of the surface has all its nodes where {name!r} is meant to be, though "
+                f"{there.sum()} nodes of the body are there, which reaches from {self.coordinates.min(axis=0)} "
+                f"to {self.coordinates.max(axis=0)}; widen the condition."
+            )
+        self._name({name: rows})
+        return self
+
+    def nodes(self, name: str | Sequence[str]) -> np.ndarray:
+        """Return the nodes of a boundary or a node set, or of several, sorted.
 
         Raises
         ------
         ValueError
             if there is no such boundary; the sentence lists those that there are.
         """
-        return np.unique(self.facets[self.check_name(name)])
+        found = []
+        for one in _listed(name):
+            found.append(self.node_sets[one] if one in self.node_sets else self.facets[self.check_name(one)])
+        return np.unique(np.concatenate([nodes.ravel() for nodes in found]))
+
+    def facet_indices(self, name: str | Sequence[str]) -> np.ndarray:
+        """Return dolfinx's numbers of the facets of a boundary, or of several, sorted.
+
+        Raises
+        ------
+        ValueError
+            if there is no such boundary; the sentence lists those that there are.
+        """
+        return np.unique(np.concatenate([self._indices[self.check_name(one)] for one in _listed(name)]))
 
     def check_name(self, name: str) -> str:
         """Return `name` if it is that of a boundary, or raise the ValueError that lists the names."""
+        if name in self.node_sets:
+            raise ValueError(
+                f"{name!r} is a set of nodes that make no facet; it can be supported, but here a boundary is "
+                "needed."
+            )
         if name not in self.facets:
-            known = ", ".join(repr(n) for n in self.facets) or "none at all"
+            known = ", ".join(repr(n) for n in (*self.facets, *self.node_sets)) or "none at all"
             raise ValueError(f"There is no boundary {name!r} on this body; its boundaries are {known}.")
         return name
 
@@ -129,39 +197,64 @@ class Body:
         """Return the node nearest to a point."""
         return int(np.argmin(np.sum((self.coordinates - np.asarray(point)) ** 2, axis=1)))
 
-    def _tag_facets(self) -> dolfinx_mesh.MeshTags:
-        """Find the dolfinx index of every named facet."""
-        mesh, fdim = self.mesh, self.dim - 1
-        mesh.topology.create_entities(fdim)
-        mesh.topology.create_connectivity(fdim, self.dim)
-        mesh.topology.create_connectivity(fdim, 0)
-        exterior = dolfinx_mesh.exterior_facet_indices(mesh.topology)
-        node_of_vertex = np.empty(mesh.topology.index_map(0).size_local, dtype=np.int64)
-        node_of_vertex[mesh.topology.connectivity(self.dim, 0).array] = self.cells.ravel()
-        table = mesh.topology.connectivity(fdim, 0)
+    @cached_property
+    def _exterior(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (m, k_f) and dolfinx's numbers (m,) of the facets of the surface."""
+        topology, fdim = self.mesh.topology, self.dim - 1
+        topology.create_entities(fdim)
+        topology.create_connectivity(fdim, self.dim)
+        topology.create_connectivity(fdim, 0)
+        exterior = dolfinx_mesh.exterior_facet_indices(topology)
+        node_of_vertex = np.empty(topology.index_map(0).size_local, dtype=np.int64)
+        node_of_vertex[topology.connectivity(self.dim, 0).array] = self.cells.ravel()
         width = len(LOCAL_FACETS[self.cell][0])
-        vertices = table.array.reshape(-1, width)[exterior]
-        rows = np.concatenate([node_of_vertex[vertices], *self.facets.values()])
+        vertices = topology.connectivity(fdim, 0).array.reshape(-1, width)[exterior]
+        return node_of_vertex[vertices], exterior
+
+    def _name(self, facets: dict[str, np.ndarray]) -> None:
+        """Find the dolfinx index of every facet of new boundaries, and tag all anew."""
+        nodes, exterior = self._exterior
+        rows = np.concatenate([nodes, *facets.values()])
         number = number_rows(np.sort(rows, axis=1))[1]
         index = np.full(number.max() + 1, -1)
         index[number[: len(exterior)]] = exterior
-        tagged, values, start = [], [], len(exterior)
-        for name, tag in self.names.items():
-            count = len(self.facets[name])
-            found = np.unique(index[number[start : start + count]])
-            if count == 0 or found[0] < 0:
+        start = len(exterior)
+        for name, facet in facets.items():
+            found = np.unique(index[number[start : start + len(facet)]])
+            if len(facet) == 0 or found[0] < 0:
                 raise ValueError(
                     f"The boundary {name!r} is empty or has facets inside the body; name outer facets only."
                 )
-            tagged.append(found)
-            values.append(np.full(len(found), tag))
-            start += count
+            self._indices[name] = found
+            start += len(facet)
+        self.facets |= facets
+        self.names, self.facet_tags = self._tags()
+
+    def _tags(self) -> tuple[dict[str, int | tuple[int, ...]], dolfinx_mesh.MeshTags]:
+        """One tag for every set of boundaries that have a facet in common, those of one boundary first."""
         none = np.empty(0, dtype=np.int32)
-        facets, tags = np.concatenate([none, *tagged]), np.concatenate([none, *values])
-        if len(np.unique(facets)) < len(facets):
-            raise ValueError("A facet belongs to two named boundaries; let each belong to one only.")
-        order = np.argsort(facets)
-        return dolfinx_mesh.meshtags(mesh, fdim, facets[order].astype(np.int32), tags[order].astype(np.int32))
+        facets = np.unique(np.concatenate([none, *self._indices.values()]))
+        member = np.zeros((len(facets), len(self._indices)), dtype=np.int64)
+        for column, indices in enumerate(self._indices.values()):
+            member[np.searchsorted(facets, indices), column] = 1
+        alone = member.sum(axis=1) == 1
+        values = member @ np.arange(1, member.shape[1] + 1)
+        names: dict[str, int | tuple[int, ...]] = {name: k for k, name in enumerate(self._indices, start=1)}
+        if not alone.all():
+            values[~alone] = len(names) + 1 + number_rows(member[~alone])[1]
+            tags = [tuple(np.unique(values[column == 1]).tolist()) for column in member.T]
+            names = {name: of if len(of) > 1 else of[0] for name, of in zip(names, tags)}
+        return names, dolfinx_mesh.meshtags(
+            self.mesh, self.dim - 1, facets.astype(np.int32), values.astype(np.int32)
+        )
+
+
+def _listed(name: str | Sequence[str]) -> list[str]:
+    """One name, or several, as a list; none at all is refused with a ValueError."""
+    names = [name] if isinstance(name, str) else list(name)
+    if not names or not all(isinstance(one, str) for one in names):
+        raise ValueError(f"The boundary is {name!r}; give the name of one, or a list of names.")
+    return names
 
 
 def narrow(P: sparse.csr_array) -> sparse.csr_array:

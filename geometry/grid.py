@@ -116,6 +116,7 @@ class Grid:
     regions : named sets of cells, each an array of cell indices
     snap : for some of the names in `facets`, a function (m, dim) -> (m, dim) that puts points onto the exact
         boundary
+    node_sets : named sets of points, for supports
     """
 
     points: np.ndarray
@@ -124,6 +125,7 @@ class Grid:
     facets: Mapping[str, np.ndarray] = field(default_factory=dict)
     regions: Mapping[str, np.ndarray] = field(default_factory=dict)
     snap: Mapping[str, Callable[[np.ndarray], np.ndarray]] = field(default_factory=dict)
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def dim(self) -> int:
@@ -171,7 +173,18 @@ class Grid:
             new = new[new >= len(self.points)]
             points[new] = onto(points[new])
         regions = _regions_of_children(self.regions, len(PATTERN[self.cell][1]))
-        return Grid(points, children[0], self.cell, facets, regions, self.snap), transfer
+        return Grid(
+            points, children[0], self.cell, facets, regions, self.snap, self._between(transfer)
+        ), transfer
+
+    def _sets_of_finer(self, transfer: sparse.csr_array) -> dict[str, np.ndarray]:
+        """Node sets of a finer mesh: a new node belongs where all those do of which it is the mean."""
+        finer = {}
+        for name, nodes in self.node_sets.items():
+            inside = np.zeros(len(self.points))
+            inside[nodes] = 1.0
+            finer[name] = np.flatnonzero(transfer @ inside > 1 - 1e-9)
+        return finer
 
     def crossed(self) -> tuple[Grid, sparse.csr_array]:
         """Cut each quadrilateral in four triangles that meet at its centre.
@@ -194,7 +207,10 @@ class Grid:
             sparse.vstack([sparse.eye_array(len(self.points)), _mean_of(self.cells, len(self.points))])
         )
         regions = _regions_of_children(self.regions, 4)
-        return Grid(transfer @ self.points, cells, "triangle", self.facets, regions, self.snap), transfer
+        return (
+            Grid(transfer @ self.points, cells, "triangle", self.facets, regions, self.snap, self.node_sets),
+            transfer,
+        )
 
     def halved(self) -> Grid:
         """Cut each quadrilateral in two triangles along its shorter diagonal."""
@@ -206,7 +222,7 @@ class Grid:
         split = np.where(along_first, [[[0, 1, 3], [0, 3, 2]]], [[[0, 1, 2], [1, 3, 2]]])
         cells = np.take_along_axis(self.cells[:, None, :], split, axis=2).reshape(-1, 3)
         regions = _regions_of_children(self.regions, 2)
-        return Grid(self.points, cells, "triangle", self.facets, regions, self.snap)
+        return Grid(self.points, cells, "triangle", self.facets, regions, self.snap, self.node_sets)
 
     def _check_quadrilaterals(self) -> None:
         if self.cell != "quadrilateral":

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from geometry import Body, Grid, half_cylinder_nested, read_msh, rectangle, ring
+from forms import Elasticity, Isotropic
+from geometry import Body, Grid, box, half_cylinder_nested, read_msh, rectangle, ring
+
+import ufl  # isort: skip
+from dolfinx import fem  # isort: skip
 
 
 def changed(grid, **parts):
@@ -54,6 +58,37 @@ def test_unknown_boundary_names_the_known_ones():
         Body.from_grid(changed(rectangle(1, 1, 2, 2), facets={})).nodes("top")
 
 
+def test_a_facet_belongs_to_every_boundary_that_names_it():
+    good = rectangle(2.0, 1.0, 4, 2)
+    body = Body.from_grid(changed(good, facets={**good.facets, "half": good.facets["top"][:2]}))
+    elasticity = Elasticity(body, Isotropic(1.0, 0.3))
+    length = {name: elasticity.traction(name, (1.0, 0.0))[:, 0].sum() for name in body.facets}
+    assert length == pytest.approx({"bottom": 2, "right": 1, "top": 2, "left": 1, "half": 1})
+    both = elasticity.traction(["top", "half", "left"], (1.0, 0.0))[:, 0].sum()
+    assert both == pytest.approx(3)
+    ds = ufl.Measure("ds", body.mesh, subdomain_data=body.facet_tags)
+    for name, value in length.items():
+        assert fem.assemble_scalar(fem.form(1.0 * ds(body.names[name]))) == pytest.approx(value)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_boundaries_by_position(dim):
+    grid = rectangle(2.0, 1.0, 4, 2) if dim == 2 else box(2.0, 1.0, 1.0, 4, 2, 2)
+    body = Body.from_grid(grid, refinements=1)
+    body.mark("foot", lambda x: (x[dim - 1] < 1e-9) & (x[0] <= 1)).mark("all", lambda x: x[0] > -1)
+    area = Elasticity(body, Isotropic(1.0, 0.3)).traction("foot", np.ones(dim)).sum(axis=0)
+    np.testing.assert_allclose(area, 1)
+    assert body.coordinates[body.nodes("foot"), dim - 1].max() == 0
+    with pytest.raises(ValueError, match="'foot' on this body already"):
+        body.mark("foot", lambda x: x[0] > 1)
+    with pytest.raises(ValueError, match="No facet .* widen"):
+        body.mark("one point", lambda x: x[0] + x[1] + x[2] < 1e-9)
+    with pytest.raises(ValueError, match="must return"):
+        body.mark("heights", lambda x: x[1])
+    with pytest.raises(ValueError, match="is no boundary 'heights'"):
+        body.nodes(["foot", "heights"])
+
+
 def test_bad_meshes_are_refused_in_one_sentence():
     good = rectangle(1.0, 1.0, 3, 3)
     nan = good.points.copy()
@@ -65,14 +100,12 @@ def test_bad_meshes_are_refused_in_one_sentence():
     inverted = triangles.points.copy()
     inverted[5] = [0.4, 1.5]
     inside = {**good.facets, "inside": np.array([[5, 6]])}
-    twice = {**good.facets, "again": good.facets["top"][:1]}
     cases = {
         "Node 5 .* nan": changed(good, points=nan),
         "folded or flat": changed(good, points=folded),
         "belong to no cell.*node 16": changed(good, points=unused),
         "overlap|folded": changed(triangles, points=inverted),
         "'inside'": changed(good, facets=inside),
-        "two named boundaries": changed(good, facets=twice),
         "no cells": changed(good, cells=good.cells[:0]),
         "outside 0 ... 15": changed(good, cells=good.cells + 1),
         "3 coordinates, not 2|with 2 coordinates, not 3": changed(good, points=np.zeros((16, 3))),

@@ -44,11 +44,13 @@ def join(grids: Mapping[str, Grid]) -> Grid:
     facets: dict[str, np.ndarray] = {}
     regions: dict[str, np.ndarray] = {}
     snap: dict[str, Callable[[np.ndarray], np.ndarray]] = {}
+    node_sets: dict[str, np.ndarray] = {}
     nodes = cells = 0
     for name, grid in grids.items():
         facets |= {f"{name} {side}": rows + nodes for side, rows in grid.facets.items()}
         regions |= {f"{name} {region}": np.asarray(inside) + cells for region, inside in grid.regions.items()}
         regions[name] = np.arange(cells, cells + len(grid.cells))
+        node_sets |= {f"{name} {some}": np.asarray(inside) + nodes for some, inside in grid.node_sets.items()}
         snap |= {f"{name} {side}": onto for side, onto in grid.snap.items()}
         nodes, cells = nodes + len(grid.points), cells + len(grid.cells)
     starts = np.cumsum([0, *(len(grid.points) for grid in grids.values())])
@@ -59,6 +61,7 @@ def join(grids: Mapping[str, Grid]) -> Grid:
         facets,
         regions,
         snap,
+        node_sets,
     )
 
 
