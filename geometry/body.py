@@ -142,6 +142,7 @@ class Body:
         if name in self.facets or name in self.node_sets:
             raise ValueError(f"There is a boundary {name!r} on this body already; choose another name.")
         there = np.asarray(where(self.mesh.geometry.x.T))
+        low, high = self.coordinates.min(axis=0), self.coordinates.max(axis=0)
         if there.shape != (len(self.coordinates),) or there.dtype != bool:
             raise ValueError(
                 f"The condition of the boundary {name!r} must return True or False for each of the "
@@ -152,8 +153,8 @@ class Body:
         if len(rows) == 0:
             raise ValueError(
                 f"No facet of the surface has all its nodes where {name!r} is meant to be, though "
-                f"{there.sum()} nodes of the body are there, which reaches from {self.coordinates.min(axis=0)} "
-                f"to {self.coordinates.max(axis=0)}; widen the condition."
+                f"{there.sum()} nodes of the body are there, which reaches from {low} "
+                f"to {high}; widen the condition."
             )
         self._name({name: rows})
         return self

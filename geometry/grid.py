@@ -174,7 +174,7 @@ class Grid:
             points[new] = onto(points[new])
         regions = _regions_of_children(self.regions, len(PATTERN[self.cell][1]))
         return Grid(
-            points, children[0], self.cell, facets, regions, self.snap, self._between(transfer)
+            points, children[0], self.cell, facets, regions, self.snap, self._sets_of_finer(transfer)
         ), transfer
 
     def _sets_of_finer(self, transfer: sparse.csr_array) -> dict[str, np.ndarray]:
