@@ -15,6 +15,7 @@ from harness.scene import COSTS, Scene
 from model.atomic_file import write_aside
 
 DEMOS = Path(__file__).parents[1] / "demos"
+ENVIRONMENT = os.environ | {"PYTHONPATH": f"{DEMOS.parent}:{DEMOS}"}  # the harness lies beside the demos
 
 
 @pytest.fixture
@@ -27,7 +28,7 @@ def run(tmp_path, body, *arguments, **options):
     script = tmp_path / "falling_block.py"
     script.write_text("from harness.scene import Scene\n" + body)
     command = [sys.executable, *options.pop("flags", []), str(script), *arguments]
-    options.setdefault("env", os.environ | {"PYTHONPATH": str(DEMOS)})  # the harness lies beside the demos
+    options.setdefault("env", ENVIRONMENT)
     return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, **options)
 
 
@@ -39,7 +40,9 @@ def test_summary_has_the_agreed_form(scene, tmp_path, capsys):
     scene.cost(**dict.fromkeys(COSTS[:7], 1), residual=1e-11)
     scene.finish()
     summary = json.loads((tmp_path / "test" / "summary.json").read_text())
-    assert list(summary) == ["scene", "dolfinx", "built", "left_out", "results", "cost"]
+    keys = ["scene", "quick", "dolfinx", "machine", "built", "left_out", "results", "cost"]
+    assert list(summary) == keys
+    assert summary["quick"] and summary["machine"]["processor"]
     assert summary["dolfinx"].startswith("0.")
     assert (summary["built"], summary["left_out"]) == (["K"], ["M", "C"])
     assert summary["results"] == {
@@ -130,15 +133,60 @@ def test_an_output_folder_that_is_a_file_gets_a_sentence(tmp_path):
     ],
 )
 def test_expected_errors_end_in_a_sentence(tmp_path, statement, sentence):
+    statement = "scene = Scene('falling_block', 'Falls.')\n" + statement
     done = run(tmp_path, statement)
     assert (done.returncode, done.stderr) == (1, f"falling_block: {sentence}\n")
     assert "Traceback" in run(tmp_path, statement, flags=["-X", "dev"]).stderr
 
 
 def test_other_errors_keep_their_traceback(tmp_path):
-    done = run(tmp_path, "{}['missing']")
+    done = run(tmp_path, "scene = Scene('falling_block', 'Falls.')\n{}['missing']")
     assert done.returncode == 1
     assert "Traceback" in done.stderr
+
+
+IMPORTS = """
+import sys, warnings, numpy
+hook, error_state = sys.excepthook, numpy.geterr()
+import scipy.sparse.linalg, scipy.special, numba, matplotlib.pyplot  # their filters are their own affair
+import importlib.util
+if importlib.util.find_spec("dolfinx_solver"):
+    import dolfinx_solver
+import h5py, dolfinx.fem.petsc
+from petsc4py import PETSc
+filters, options = list(warnings.filters), PETSc.Options().getAll()
+import model, forms, geometry
+import harness.scene, harness.verdict, harness.linear_cost
+import model.figures.figures, model.figures.motion_figures, model.figures.contact_map
+harness.scene.Scene("imported", "Not by a script.")
+assert sys.excepthook is hook
+assert numpy.geterr() == error_state
+assert warnings.filters == filters
+assert PETSc.Options().getAll() == options
+"""
+
+
+def test_importing_changes_nothing(tmp_path):
+    subprocess.run([sys.executable, "-c", IMPORTS], cwd=tmp_path, check=True)
+
+
+def test_the_hook_is_put_back(tmp_path):
+    costs = dict.fromkeys(COSTS, 0)
+    look = "print(sys.excepthook is was)"
+    body = f"scene = Scene('block', 'Falls.')\n{look}\nscene.finish(**{costs})\n{look}"
+    done = run(tmp_path, f"import sys\nwas = sys.excepthook\n{body}")
+    assert [line for line in done.stdout.splitlines() if line in ("True", "False")] == ["False", "True"]
+
+
+def test_assembly_is_timed(scene):
+    @scene.assembly
+    def built():
+        with scene.assembly:
+            time.sleep(0.01)
+            return "K"
+
+    assert built() == "K"
+    assert scene.assembly.seconds >= 0.01
 
 
 def test_interruption_leaves_whole_files_and_says_so(tmp_path):
@@ -153,7 +201,7 @@ def test_interruption_leaves_whole_files_and_says_so(tmp_path):
     process = subprocess.Popen(
         [sys.executable, str(script)],
         cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(DEMOS)},
+        env=ENVIRONMENT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -1,8 +1,7 @@
-"""A scene: command line, output folder, figures, progress, and the summary that ends it.
+"""A scene: command line, output folder, figures, progress, timing, and the summary that ends it.
 
-Knows neither the mesh nor the loop, and imports little: a demo begins with it, since from there on an error
-of this project's or Ctrl-C ends a script in one sentence on stderr (exit code 1 and 130; 2 for a wrong
-option). `python -X dev` shows the traceback all the same.
+Knows neither the mesh nor the loop. From `Scene(...)` to `finish()` an expected error or Ctrl-C ends a script in
+one sentence (`harness.script_errors`); importing this changes nothing.
 """
 
 import argparse
@@ -17,6 +16,9 @@ from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from harness.machine import machine
+from harness.script_errors import end_in_one_sentence
+from harness.stopwatch import Stopwatch
 from model.atomic_file import write_aside
 
 if TYPE_CHECKING:
@@ -34,16 +36,25 @@ COSTS = (
     "residual",
 )
 OPTIONS = "the options are --quick and --out DIR"
-PACKAGES = {"model", "forms", "geometry"}  # whose errors are sentences
 
 
 class Scene:
     """One demo from its command line to its summary.
 
-    >>> scene = Scene("falling_block", "A block falls on the road.")  # doctest: +SKIP
-    >>> scene.built("K", "M")  # doctest: +SKIP
-    >>> scene.result("first_touch", 0.32, "s", reference=0.319, source="sqrt(2 h / g)")  # doctest: +SKIP
-    >>> scene.finish()  # doctest: +SKIP
+    >>> from tempfile import TemporaryDirectory
+    >>> folder = TemporaryDirectory()
+    >>> scene = Scene("falling_block", "A block falls on the road.", ["--quick", "--out", folder.name])
+    >>> scene.built("M")
+    >>> @scene.assembly  # timed, for the summary
+    ... def mass():
+    ...     return 2.0
+    >>> scene.result("weight", mass() * 9.81, "N", reference=19.62, source="m g")
+    >>> scene.finish(**dict.fromkeys(COSTS[:5], 0), solve_seconds=0.0, residual=0.0)  # doctest: +ELLIPSIS
+    A block falls on the road.
+    ...
+    >>> sorted(path.name for path in scene.out.iterdir())
+    ['summary.json']
+    >>> folder.cleanup()
 
     In a notebook the command line is the kernel's and is left alone.
 
@@ -62,6 +73,8 @@ class Scene:
         Whether `--quick` was given.
     out : pathlib.Path
         Output folder DIR/NAME, made if need be; DIR is "results" or what `--out` says.
+    assembly : Stopwatch
+        Decorates what builds meshes and matrices, so that the summary can say how long that took.
 
     Raises
     ------
@@ -71,6 +84,9 @@ class Scene:
 
     def __init__(self, name: str, description: str, arguments: Iterable[str] | None = None):
         self._started = time.perf_counter()
+        self._hook = sys.excepthook
+        if _is_script(sys._getframe(1).f_globals):
+            sys.excepthook = end_in_one_sentence
         self.name, self.description = name, description
         if arguments is None:
             arguments = [] if _in_notebook() else sys.argv[1:]
@@ -80,6 +96,7 @@ class Scene:
         options = parser.parse_args(list(arguments))
         self.quick: bool = options.quick
         self.out = _folder(Path(options.out) / name)
+        self.assembly = Stopwatch()
         self._built: list[str] = []
         self._left_out: list[str] = []
         self._results: dict[str, dict[str, Any]] = {}
@@ -155,14 +172,23 @@ class Scene:
 
         return tqdm(iterable, desc=description, total=total, delay=2, disable=None, leave=False)
 
-    def finish(self) -> None:
+    def finish(self, solved: Any = None, **costs: float) -> None:
         """Write summary.json, and print what it says.
+
+        Parameters
+        ----------
+        solved : Solution or History, optional
+            What the scene cost, by its method `cost()`.
+        **costs : float
+            As for `cost`, over what `solved` says.
 
         Raises
         ------
         ValueError
             If a cost is missing or the file cannot be written.
         """
+        self.cost(**{"assembly_seconds": self.assembly.seconds} | self._cost)
+        self.cost(**(solved.cost() if solved is not None else {}) | costs)
         self._cost.setdefault("total_seconds", time.perf_counter() - self._started)
         missing = [key for key in COSTS if key not in self._cost]
         if missing:
@@ -171,7 +197,9 @@ class Scene:
             )
         summary = {
             "scene": self.name,
+            "quick": self.quick,
             "dolfinx": _dolfinx_version(),
+            "machine": machine(),
             "built": self._built,
             "left_out": self._left_out,
             "results": self._results,
@@ -180,6 +208,8 @@ class Scene:
         with write_aside(self.out / "summary.json") as aside:
             aside.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
         print(self._table())
+        if sys.excepthook is end_in_one_sentence:
+            sys.excepthook = self._hook
 
     def _table(self) -> str:
         """Lay out the summary for the terminal."""
@@ -206,6 +236,11 @@ class _Parser(argparse.ArgumentParser):
 def _in_notebook() -> bool:
     """Tell whether a Jupyter kernel runs this, whose command line is not ours."""
     return "kernel_launcher" in Path(sys.argv[0]).name
+
+
+def _is_script(names: dict[str, Any]) -> bool:
+    """Tell whether a module with these globals runs as a script, rather than imported or at a prompt."""
+    return names.get("__name__") == "__main__" and "__file__" in names and not hasattr(sys, "ps1")
 
 
 def _folder(path: Path) -> Path:
@@ -246,19 +281,3 @@ def _dolfinx_version() -> str | None:
         except metadata.PackageNotFoundError:
             continue
     return None
-
-
-def _end_in_one_sentence(kind: type[BaseException], error: BaseException, trace: Any) -> None:
-    """Tell an expected error in one sentence, and any other as Python does."""
-    ours = any(base.__module__.split(".")[0] in PACKAGES for base in kind.__mro__)
-    if issubclass(kind, KeyboardInterrupt):
-        print("\nInterrupted; the files written so far are whole.", file=sys.stderr)
-        raise SystemExit(130)
-    if (ours or issubclass(kind, (ValueError, OSError, ImportError))) and not sys.flags.dev_mode:
-        print(f"{Path(sys.argv[0]).stem}: {error}", file=sys.stderr)
-        raise SystemExit(1)
-    sys.__excepthook__(kind, error, trace)
-
-
-if not _in_notebook() and not hasattr(sys, "ps1"):  # a script, rather than somebody at a prompt
-    sys.excepthook = _end_in_one_sentence
