@@ -1,14 +1,23 @@
-.PHONY: demos test lint clean
+.PHONY: demos reports pages test lint clean
 
-# One thread per process: the suite runs as two processes, and the run times reported are those of one core.
+# One thread per process: two processes share two cores, and the run times reported are those of one core.
 export OMP_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
+JOBS = 2
 
-# The sections of the paper come first. OPTIONS=--quick runs each demo in its quick form.
+# The lessons, the sections of the paper first. OPTIONS=--quick runs each in its quick form.
 SECTIONS = $(sort $(wildcard demos/section_*.py))
+LESSONS = $(SECTIONS) $(filter-out $(SECTIONS), $(sort $(wildcard demos/*.py)))
 demos: .venv/ready
-	set -e; for demo in $(SECTIONS) $(filter-out $(SECTIONS), $(sort $(wildcard demos/*.py))); do \
-		.venv/bin/python "$$demo" $(OPTIONS); done
+	printf '%s\n' $(LESSONS) | xargs -P $(JOBS) -I {} .venv/bin/python {} $(OPTIONS)
+
+# The long studies, and the pages written from their summaries: all, or REPORTS="NAME ...".
+reports: .venv/ready
+	.venv/bin/python demos/reports $(REPORTS) $(OPTIONS)
+
+# The pages again, and the table of the README, from the summaries of the last full runs.
+pages: .venv/ready
+	.venv/bin/python demos/reports --pages
 
 test: .venv/ready
 	.venv/bin/python -m pytest -n 2 --dist worksteal

@@ -1,6 +1,6 @@
 """The report of error against run time, in its quick form."""
 
-DEMO = "error_against_run_time"
+DEMO = "reports/error_against_run_time"
 
 
 def test_quick_report(quick):

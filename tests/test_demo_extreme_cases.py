@@ -9,7 +9,7 @@ MISSED_ELSEWHERE = {
     "patch test, nu = 0.499999, one dilatation a cell: False",
     "1e-06 times the paper's load, mu = None",
 }
-DEMO = "extreme_cases"
+DEMO = "reports/extreme_cases"
 
 
 def test_no_case_is_wrong(quick):

@@ -1,6 +1,6 @@
 """What friction's refinement shows, in its quick form."""
 
-DEMO = "friction_refinement"
+DEMO = "reports/friction_refinement"
 
 
 def test_quick_demo(quick):

@@ -1,4 +1,4 @@
-"""Random scenes must be right and random nonsense refused; the cases are those of demos/extremes."""
+"""Random scenes must be right and random nonsense refused; the cases are those of demos/reports/extremes."""
 
 import sys
 import warnings

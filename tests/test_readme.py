@@ -26,5 +26,5 @@ def test_the_example_prints_what_it_should(tmp_path):
 
 def test_every_command_named_exists():
     root = Path(__file__).parents[1]
-    for script in set(re.findall(r"demos/(\w+\.py)", README)):
+    for script in set(re.findall(r"demos/([\w/]+\.py)", README)):
         assert (root / "demos" / script).exists(), script

@@ -46,8 +46,14 @@ def test_summary_has_the_agreed_form(scene, tmp_path, capsys):
     assert summary["dolfinx"].startswith("0.")
     assert (summary["built"], summary["left_out"]) == (["K"], ["M", "C"])
     assert summary["results"] == {
-        "p0[mu=0]": {"value": 8555.0, "unit": "MPa", "reference": 8570.66, "source": "Hertz, eq. (13)"},
-        "sweeps": {"value": 12, "unit": "1", "reference": None, "source": None},
+        "p0[mu=0]": {
+            "value": 8555.0,
+            "unit": "MPa",
+            "reference": 8570.66,
+            "source": "Hertz, eq. (13)",
+            "bound": None,
+        },
+        "sweeps": {"value": 12, "unit": "1", "reference": None, "source": None, "bound": None},
     }
     assert list(summary["cost"]) == list(COSTS)
     assert summary["cost"]["total_seconds"] > 0
@@ -67,6 +73,23 @@ def test_values_must_be_finite_numbers(scene, value):
 def test_references_must_be_finite_numbers(scene):
     with pytest.raises(ValueError, match="reference of 'p0' is nan"):
         scene.result("p0", 1, "MPa", reference=float("nan"))
+
+
+@pytest.mark.parametrize(("bound", "reference"), [("about", 1.0), ("at most", None)])
+def test_bounds_are_at_most_or_at_least(scene, bound, reference):
+    with pytest.raises(ValueError, match="must be 'at most' or 'at least'"):
+        scene.result("cycles", 11, "1", reference, bound=bound)
+
+
+def test_the_table_says_what_is_missed(scene, capsys):
+    scene.result("cycles", 11, "1", 16, "wanted", "at most")
+    scene.result("speed-up", 5.0, "1", 10, "wanted", "at least")
+    scene.finish(**dict.fromkeys(COSTS, 0))
+    lines = capsys.readouterr().out.splitlines()
+    assert [("met" in line, "MISSED" in line) for line in lines if "wanted" in line] == [
+        (True, False),
+        (False, True),
+    ]
 
 
 def test_costs_are_the_agreed_ones(scene):

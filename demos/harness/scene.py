@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from harness.machine import machine
+from harness.pages import off_by
 from harness.script_errors import end_in_one_sentence
 from harness.stopwatch import Stopwatch
 from model.atomic_file import write_aside
@@ -111,7 +112,13 @@ class Scene:
         self._left_out = list(dict.fromkeys([*self._left_out, *what]))
 
     def result(
-        self, key: str, value: float, unit: str, reference: float | None = None, source: str | None = None
+        self,
+        key: str,
+        value: float,
+        unit: str,
+        reference: float | None = None,
+        source: str | None = None,
+        bound: str | None = None,
     ) -> None:
         """Note one result; a key given again replaces the earlier one.
 
@@ -127,17 +134,25 @@ class Scene:
             What it should be.
         source : str, optional
             Where the reference comes from.
+        bound : "at most" or "at least", optional
+            The reference is a limit that the value is to keep; the tables say where it is missed.
 
         Raises
         ------
         ValueError
-            If a value or reference is not a finite number.
+            If a value or reference is not a finite number, or the bound is another word or has no reference.
         """
+        if bound not in (None, "at most", "at least") or (bound and reference is None):
+            raise ValueError(
+                f"The bound of {key!r} is {bound!r} with reference {reference!r}; "
+                "it must be 'at most' or 'at least', with a reference."
+            )
         self._results[key] = {
             "value": _number(f"The result {key!r}", value),
             "unit": unit,
             "reference": None if reference is None else _number(f"The reference of {key!r}", reference),
             "source": source,
+            "bound": bound,
         }
 
     def cost(self, **costs: float) -> None:
@@ -216,7 +231,7 @@ class Scene:
         from tabulate import tabulate
 
         rows = [
-            (key, r["value"], r["unit"], r["reference"], _difference(r), r["source"])
+            (key, r["value"], r["unit"], r["reference"], off_by(r), r["source"])
             for key, r in self._results.items()
         ]
         results = tabulate(rows, ["result", "value", "unit", "reference", "off by", "source"], floatfmt=".6g")
@@ -262,13 +277,6 @@ def _number(what: str, value: Any) -> float | int:
     if not isinstance(value, Real) or not math.isfinite(value):
         raise ValueError(f"{what} is {value!r}; it must be a finite number.")
     return value  # type: ignore[return-value]
-
-
-def _difference(result: dict[str, Any]) -> str | None:
-    """Relative difference to the reference, in percent."""
-    if not result["reference"]:
-        return None
-    return f"{100 * (result['value'] / result['reference'] - 1):+.2g} %"
 
 
 def _dolfinx_version() -> str | None:

@@ -1,4 +1,4 @@
-"""The cases of demos/extreme_cases.py, family by family."""
+"""The cases of demos/reports/extreme_cases.py, family by family."""
 
 from . import friction, incompressible, load, mesh, rigid_motion, road, stiffness_and_scale, time
 from .collected import CASES
