@@ -2,10 +2,11 @@
 
 from geometry.body import Body
 from geometry.grid import Grid
-from geometry.meshes.gmsh_bodies import half_cylinder_gmsh, read_msh
+from geometry.meshes.gmsh_bodies import half_cylinder_gmsh
 from geometry.meshes.half_ball import half_ball
 from geometry.meshes.half_cylinder import half_cylinder, half_cylinder_nested
 from geometry.meshes.join import join, shifted
+from geometry.meshes.mesh_file import read_mesh, read_msh
 from geometry.meshes.rectangle import box, rectangle
 from geometry.meshes.ring import ring
 from geometry.meshes.tread_block import tread_block
@@ -34,6 +35,7 @@ __all__ = [
     "half_cylinder_gmsh",
     "half_cylinder_nested",
     "join",
+    "read_mesh",
     "read_msh",
     "read_samples",
     "rectangle",
