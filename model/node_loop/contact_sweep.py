@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from model.node_loop.blocks import REORDER_SUMS, row_defect_2, row_defect_3, row_defect_any
+from model.node_loop.blocks import FUSED, row_defect_2, row_defect_3, row_defect_any
 from model.node_loop.friction_laws import allowed
 
 FREE, SLIP, STICK = 0, 1, 2
@@ -246,7 +246,7 @@ def contact_sweeps(dim: int, friction: bool) -> Any:
     function (None without friction).
     """
 
-    @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+    @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweeps(count, A, inverse, load, u, order, contact, status, bound, slip_rate):
         r = np.empty(dim)
         for _ in range(count):

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from model.node_loop.blocks import REORDER_SUMS, row_defect_2, row_defect_3, row_defect_any
+from model.node_loop.blocks import FUSED, row_defect_2, row_defect_3, row_defect_any
 from model.node_loop.friction_laws import allowed
 
 
@@ -29,7 +29,7 @@ def natural_residual(dim: int, friction: bool) -> Any:
     It fills R (N, d) and the admissible contact force (n, d), global components, and returns nothing.
     """
 
-    @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+    @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def compute(A, load, u, contact, status, bound, slip_rate, R, force):
         row = np.empty(dim)
         for i in range(R.shape[0]):

@@ -17,7 +17,7 @@ from numba import njit
 from scipy.sparse import csr_array
 
 from model.node_loop.blocks import (
-    REORDER_SUMS,
+    FUSED,
     BlockMatrix,
     diagonal_blocks,
     diagonal_positions,
@@ -112,7 +112,7 @@ class Transfers(NamedTuple):
 def transfers(d: int, c: int) -> Transfers:
     """Compile the transfers between blocks of size d on the fine and c on the coarse mesh."""
 
-    @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+    @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def galerkin_rows(A, P, children, rows, coarse):
         place = np.zeros(children.indptr.size - 1, dtype=np.uint64)
         X = np.empty((c, d))
@@ -142,7 +142,7 @@ def transfers(d: int, c: int) -> Transfers:
                                     s += X[a, t] * P.data[m, t, b]
                                 coarse.data[K, a, b] += s
 
-    @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+    @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def restrict(P, children, r, coarse_r):
         row = np.empty(c)
         for I in range(coarse_r.shape[0]):
@@ -159,7 +159,7 @@ def transfers(d: int, c: int) -> Transfers:
             for a in range(c):
                 coarse_r[I, a] = row[a]
 
-    @njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+    @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def prolong(P, coarse_u, u):
         row = np.empty(d)
         for i in range(u.shape[0]):

@@ -17,7 +17,7 @@ from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.sparse import bsr_array, csc_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
-from model.node_loop.blocks import REORDER_SUMS
+from model.node_loop.blocks import FUSED
 from model.node_loop.contact_sweep import FREE, STICK, place_all_on_surface
 from model.node_loop.node_loop import NodeLoop
 from model.solvers.convergence_record import Record
@@ -278,7 +278,7 @@ def compliance(columns, row, place, active, frame):
     return W
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+@njit(cache=True, error_model="numpy", fastmath=FUSED)
 def spread(columns, place, force, active, u):
     """Add to u (N d,) the displacement due to forces (k, d) on the active candidates."""
     d = force.shape[1]

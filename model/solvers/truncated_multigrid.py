@@ -23,13 +23,12 @@ from scipy.sparse import bsr_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
 from model.node_loop.blocks import (
-    REORDER_SUMS,
+    FUSED,
     BlockMatrix,
+    backward_sweep,
     defect,
     diagonal_positions,
-    gauss_seidel,
     generalised_inverses,
-    node_order,
     sweep_from_zero,
 )
 from model.node_loop.contact_sweep import FREE, SLIP, STICK
@@ -71,7 +70,6 @@ class Cycle:
         self.corrections = [np.zeros(shape) for shape in shapes]
         self.defects = [np.zeros(shape) for shape in shapes]
         self.loads = [np.zeros(shape) for shape in shapes]
-        self.reversed = [node_order(None, nodes)[::-1].copy() for nodes, _ in shapes]
         self.coarsest_inverse: np.ndarray | None = None
 
     def truncate(self, nodes: np.ndarray, blocks: np.ndarray, projectors: np.ndarray) -> None:
@@ -107,7 +105,7 @@ class Cycle:
         sweep_from_zero(size)(level.A, level.middle, level.inverse, r, z, rest)
         level.transfers.restrict(level.P, level.children, rest, coarse_r)
         level.transfers.prolong(level.P, self(coarse_r, number + 1), z)
-        gauss_seidel(size)(level.A, level.inverse, r, z, self.reversed[number])
+        backward_sweep(size)(level.A, level.inverse, r, z)
         return z
 
 
@@ -152,7 +150,7 @@ def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None) -> np.ndarray:
     return inverse
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+@njit(cache=True, error_model="numpy", fastmath=FUSED)
 def dot(x, y):
     """Sum of x * y."""
     s = 0.0
@@ -162,7 +160,7 @@ def dot(x, y):
     return s
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+@njit(cache=True, error_model="numpy", fastmath=FUSED)
 def step_along(alpha, direction, product, x, r):
     """Do x += alpha direction, r += alpha product, with product = -A direction; return the norm of r."""
     s = 0.0
@@ -174,7 +172,7 @@ def step_along(alpha, direction, product, x, r):
     return np.sqrt(s)
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDER_SUMS)
+@njit(cache=True, error_model="numpy", fastmath=FUSED)
 def turn_direction(beta, direction, z):
     """Do direction = z + beta direction."""
     for i in range(z.shape[0]):
