@@ -10,16 +10,14 @@ def test_quick_demo(quick):
     assert abs(results["p0[mu=0]"] / 8570.66 - 1) < 0.002
     assert results["a_lower[mu=0]"] < 0.74279 < results["a_upper[mu=0]"]
     assert abs(results["a[mu=0]"] / 0.74279 - 1) < 0.01
-    assert results["min_gap[mu=0]"] == results["min_pressure[mu=0]"] == 0.0
-    assert results["force_balance_error[mu=0]"] < 1e-10
-    assert results["max_coulomb_violation[mu=0.5]"] < 1e-12
+    for mu in ("mu=0", "mu=0.5"):
+        assert results[f"min_gap[{mu}]"] == results[f"min_pressure[{mu}]"] == 0.0
+        assert results[f"force_balance_error[{mu}]"] < 1e-10
+        assert results[f"max_coulomb_violation[{mu}]"] < 1e-12
     assert results["p0[mu=0.5]"] > results["p0[mu=0]"]
     assert results["a[mu=0.5]"] < results["a[mu=0]"]
-    assert results["error_p0[correction=none]"] < 1e-8
-    assert results["order_p0"] > 1.0
-    assert results["hertz_model_error[load=0.1]"] < results["hertz_model_error[load=1]"] / 2
     assert summary["cost"]["residual"] < 1e-10
-    for name in ("figure_3b.png", "figure_4.png", "figure_5.png", "refinement_h.png", "frictionless.xdmf"):
+    for name in ("figure_3b.png", "figure_4.png", "figure_5.png", "frictionless.xdmf", "friction.h5"):
         assert (out / name).stat().st_size > 1000
     with np.load(out / "problem.npz") as problem:
         assert problem["friction_coefficient"] == 0.5

@@ -155,6 +155,10 @@ class Scene:
             "bound": bound,
         }
 
+    def value(self, key: str) -> float:
+        """Return a result noted before."""
+        return float(self._results[key]["value"])
+
     def cost(self, **costs: float) -> None:
         """Note what the scene cost, under the keys in `COSTS`; total_seconds is measured if it is not given.
 

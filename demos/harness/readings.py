@@ -1,0 +1,90 @@
+"""What is read off a contact on a line, and noted as results of a scene."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from harness.scene import Scene
+from model.results.pressure import HalfWidth, contact_half_width
+
+
+class Patch(NamedTuple):
+    """A contact patch on a horizontal road in the plane, its n candidates in rising order of x.
+
+    Attributes
+    ----------
+    x, p, tau, status : (n,)
+        Positions, pressures, shear tractions of the road on the body along x, and 0 free, 1 slip, 2 stick.
+    width : HalfWidth
+    """
+
+    x: np.ndarray
+    p: np.ndarray
+    tau: np.ndarray
+    status: np.ndarray
+    width: HalfWidth
+
+    def zone(self, status: int) -> tuple[float, float]:
+        """First and last position of the nodes with at least this status."""
+        x = self.x[self.status >= status]
+        return float(x.min(initial=np.inf)), float(x.max(initial=-np.inf))
+
+
+def read_patch(pressed: Any, solution: Any, degree: int = 1) -> Patch:
+    """Read the patch off a solution.
+
+    Parameters
+    ----------
+    pressed : BodyOnRoad
+    solution : Solution
+    degree : int
+        As for `contact_half_width`: 1 without friction, 2 with.
+    """
+    order = np.argsort(pressed.points[:, 0])
+    x, p, status = pressed.points[order, 0], pressed.pressure(solution)[order], solution.status[order]
+    width = contact_half_width(x, p, status > 0, degree)
+    return Patch(x, p, pressed.traction(solution)[order, 0], status, width)
+
+
+def coulomb_violation(pressed: Any, solutions: Sequence[Any], mu: float) -> float:
+    """Largest |tau| - mu p over some solutions, at least 0, as a part of their largest pressure.
+
+    The last axis is the normal of the road.
+    """
+    worst = highest = 0.0
+    for solution in solutions:
+        p = solution.pressure_force / pressed.area
+        tau = np.linalg.norm(pressed.traction(solution)[:, :-1], axis=1)
+        worst, highest = max(worst, np.max(tau - mu * p)), max(highest, p.max())
+    return float(worst / highest)
+
+
+def note_laws(
+    scene: Scene, name: str, pressed: Any, solutions: Sequence[Any], force: Any, mu: float = 0.0
+) -> None:
+    """Note how well the laws of contact are kept, which have no mesh error: (5), (6), (7) and equilibrium.
+
+    Parameters
+    ----------
+    scene : Scene
+        Gets min_gap[name], min_pressure[name], max_coulomb_violation[name] and force_balance_error[name].
+    name : str
+    pressed : BodyOnRoad
+    solutions : sequence of Solution
+        All steps; the last one carries `force`.
+    force : (dim,)
+        Of the road on the body, in equilibrium.
+    mu : float
+        Coulomb's coefficient.
+    """
+    last, force = solutions[-1], np.asarray(force, dtype=float)
+    off = np.abs(last.contact_force.sum(axis=0) - force)[force != 0.0 if not mu else slice(None)]
+    scene.result(f"min_gap[{name}]", min(s.gap.min() for s in solutions), "mm", 0.0, "eq. (5)")
+    scene.result(
+        f"min_pressure[{name}]", min(s.pressure_force.min() for s in solutions), "N/mm", 0.0, "eq. (6)"
+    )
+    scene.result(
+        f"max_coulomb_violation[{name}]", coulomb_violation(pressed, solutions, mu), "p0", 0.0, "eq. (7)"
+    )
+    scene.result(f"force_balance_error[{name}]", off.max() / np.abs(force).max(), "1", 0.0, "equilibrium")
