@@ -10,6 +10,7 @@ def test_quick_demo(quick):
     for name in ("subsequent", "initial"):
         assert results[f"max_coulomb_violation[{name}]"] < 1e-12
         assert results[f"tangential_force_error[{name}]"] < 1e-10
+        assert results[f"force_balance_error[{name}]"] < 1e-10
         assert results[f"max_slip_power[{name}]"] <= 0.0
         assert results[f"stick_from[{name}]"] + results[f"stick_to[{name}]"] > 0.0  # towards the leading edge
     assert results["stick_to[initial]"] == results["contact_to[initial]"]  # and up to it
