@@ -1,4 +1,4 @@
-"""The rod against a wall, in its quick form: pressure, release, energy, orders."""
+"""The rod against a wall, in its quick form: pressure, release, energy."""
 
 import csv
 
@@ -16,15 +16,13 @@ def test_quick_demo(quick):
         assert results[f"touches[{name}]"] == 1
         assert results[f"max_energy_gain[{name}]"] < 1e-12
         assert abs(results[f"energy_at_end[{name}]"] / 0.125 - 1.0) < 0.01
-        assert results[f"order_of_displacement_until_release[{name}]"] > 0.85
     assert results["newmark_energy_identity_error"] < 1e-12
     assert results["touches[Newmark]"] > 5
     assert results["max_energy_gain[Newmark]"] > 1e-3
     assert results["pressure_off_by[Newmark]"] > 0.5
     assert summary["cost"]["residual"] <= 1e-10
 
-    for name in ("impact.png", "order_of_pressure.png", "pressure_against_run_time.png"):
-        assert (out / name).stat().st_size > 10_000
+    assert (out / "impact.png").stat().st_size > 10_000
     with open(out / "history_mass_redistribution.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert float(rows[-1]["time"]) == 3.0
