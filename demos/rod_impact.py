@@ -41,13 +41,14 @@ from harness.scene import Scene
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, rectangle
 from model import History, MovingBody, UnresolvedWaves, march
-from model.closed_forms import rod as exact
+from model.closed_forms.rod import RodImpact
 from model.dynamics.schemes import SCHEMES
 from model.dynamics.step_problem import save_step
 
 scene = Scene("rod_impact", "A rod against a wall: what exact contact does to time integrators.")
 scene.built("M", "K")
 scene.left_out("C", "friction", "gmsh")
+exact = RodImpact()
 warnings.simplefilter("ignore", UnresolvedWaves)  # a wave with a sharp front is resolved by no dt
 
 
@@ -84,14 +85,14 @@ impact("mass redistribution", rod, 0.01, scene.out / "problem.npz")
 for name, run in runs.items():
     time, energy = run["time"], run["kinetic"] + run["strain"]
     off = np.abs(run["force_x"][(time > 1.1) & (time < 1.9)] / 0.5 - 1.0).max()
-    release, gain = time[np.flatnonzero(run["contacts"])[-1]], run["gain"].max() / exact.ENERGY
+    release, gain = time[np.flatnonzero(run["contacts"])[-1]], run["gain"].max() / exact.energy
     scene.result(f"pressure_off_by[{name}]", off, "of 1/2", 0.0, "closed form, 1.1 < t < 1.9")
     scene.result(f"release[{name}]", release, "s", 2.0, "closed form; the last step in contact")
     scene.result(f"touches[{name}]", len(run.touches("end")), "1", 1, "closed form")
     scene.result(f"max_energy_gain[{name}]", gain, "of 1/8 in a step", 0.0, "closed form")
-    scene.result(f"energy_at_end[{name}]", energy[-1], "J", exact.ENERGY, "closed form")
+    scene.result(f"energy_at_end[{name}]", energy[-1], "J", exact.energy, "closed form")
     run.write(scene.out / f"history_{name.replace(' ', '_')}.csv")
-identity = np.abs(runs["Newmark"]["gain"] - runs["Newmark"]["numerical"]).max() / exact.ENERGY
+identity = np.abs(runs["Newmark"]["gain"] - runs["Newmark"]["numerical"]).max() / exact.energy
 scene.result("newmark_energy_identity_error", identity, "of 1/8", 0.0, "dE = 1/2 sum (p0 + p1)(g1 - g0)")
 fine = np.linspace(0.0, 3.0, 1201)
 rows = [
@@ -111,7 +112,7 @@ scene.figure(panels_of_runs(runs, rows, fine), "impact")
 
 # %% tags=["hide-cell"]
 # 1. Newmark's kicks last shorter and weigh more; mass redistribution settles.
-end = lambda run: (run["kinetic"] + run["strain"])[-1] / exact.ENERGY  # noqa: E731
+end = lambda run: (run["kinetic"] + run["strain"])[-1] / exact.energy  # noqa: E731
 for dt in (0.005, 0.0025, 0.00125):
     print(
         f"dt = {dt}:",
@@ -127,7 +128,7 @@ assert 0.7 < np.log2(errors[0] / errors[1]) < 1.3
 # 3. In the first step, where the end that has no mass any more comes into equilibrium at once.
 energy = runs["mass redistribution"]["kinetic"] + runs["mass redistribution"]["strain"]
 print(
-    f"lost in the first step {1 - energy[1] / exact.ENERGY:.4f}, in all {1 - energy[-1] / exact.ENERGY:.4f}"
+    f"lost in the first step {1 - energy[1] / exact.energy:.4f}, in all {1 - energy[-1] / exact.energy:.4f}"
 )
 
 # %% [markdown]
