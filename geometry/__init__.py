@@ -16,6 +16,7 @@ from geometry.obstacles.plane import Plane, Road
 from geometry.obstacles.road_file import read_samples
 from geometry.obstacles.round_road import RoundRoad
 from geometry.obstacles.smooth_road import SmoothRoad
+from geometry.obstacles.surface_road import PolylineRoad, SurfaceRoad
 
 __all__ = [
     "Body",
@@ -24,11 +25,13 @@ __all__ = [
     "LinearRoad",
     "MovingRoad",
     "Plane",
+    "PolylineRoad",
     "Road",
     "RoadSeenFromAfar",
     "RoundRoad",
     "ShiftedRoad",
     "SmoothRoad",
+    "SurfaceRoad",
     "box",
     "half_ball",
     "half_cylinder",

@@ -15,7 +15,7 @@ ANYWHERE = {"model.atomic_file", "model.checks"}
 ROOMS = {
     "geometry": set(),
     "geometry.meshes": {"geometry"},
-    "geometry.obstacles": set(),
+    "geometry.obstacles": {"geometry.meshes"},
     "forms": {"geometry"},
     "model.node_loop": set(),
     "model.closed_forms": set(),

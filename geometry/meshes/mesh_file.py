@@ -9,6 +9,7 @@ from geometry.grid import Grid
 from geometry.meshes.abaqus_file import read_abaqus
 from geometry.meshes.gmsh_file import read_by_gmsh
 from geometry.meshes.meshio_file import read_by_meshio
+from geometry.meshes.raw_mesh import RawMesh
 
 BY_GMSH = {".msh", ".med", ".unv", ".bdf", ".nas", ".cgns"}
 SURFACES = {".stl", ".obj", ".off", ".ply", ".ply2", ".wrl"}
@@ -48,24 +49,36 @@ def read_mesh(path: str | os.PathLike) -> Grid:
     2
     """
     path = Path(path)
-    suffix = path.suffix.lower()
-    if not path.is_file():
-        raise ValueError(f"There is no file {str(path)!r} to read a mesh from.")
-    if suffix in SURFACES:
+    if path.suffix.lower() in SURFACES and path.is_file():
         raise ValueError(
             f"{str(path)!r} can hold the surface of a body only, but a body needs cells; fill it by a mesh "
             "generator, or read it as a rigid obstacle by SurfaceRoad.read."
         )
+    return read_raw(path).grid()
+
+
+def read_raw(path: Path) -> RawMesh:
+    """Read points, rows and groups of a file, be it of a body or of a surface.
+
+    Raises
+    ------
+    ValueError
+        one sentence, if the file cannot be read.
+    """
+    suffix = path.suffix.lower()
+    if not path.is_file():
+        raise ValueError(f"There is no file {str(path)!r} to read a mesh from.")
     if suffix in SHAPES:
         raise ValueError(f"{str(path)!r} holds a shape, not its mesh; mesh it, say by gmsh, and save that.")
+    if suffix == ".inp":
+        return read_abaqus(path)
     if suffix == ".msh":
         with path.open("rb") as file:
             if not file.readline().startswith(b"$MeshFormat"):
                 raise ValueError(f"{str(path)!r} is not a gmsh mesh; such a file starts with $MeshFormat.")
-            binary_4_0 = file.readline().split()[:2] in ([b"4", b"1"], [b"4.0", b"1"])  # gmsh reads no more
-        return (read_by_meshio if binary_4_0 else read_by_gmsh)(path).grid()
-    reader = read_abaqus if suffix == ".inp" else read_by_gmsh if suffix in BY_GMSH else read_by_meshio
-    return reader(path).grid()
+            if file.readline().split()[:2] in ([b"4", b"1"], [b"4.0", b"1"]):  # which gmsh reads no more
+                return read_by_meshio(path)
+    return (read_by_gmsh if suffix in BY_GMSH else read_by_meshio)(path)
 
 
 def read_msh(path: str | os.PathLike) -> Grid:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,8 @@ def read_by_meshio(path: Path) -> RawMesh:
         ) from error
     said = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
             mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio ends the process where it cannot read
         reason = " ".join((said.getvalue() if isinstance(error, SystemExit) else str(error)).split())

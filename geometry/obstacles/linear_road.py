@@ -17,6 +17,8 @@ import numpy as np
 from numba import njit
 from scipy.spatial import Delaunay, QhullError
 
+from geometry.obstacles.plane import check_points
+
 BEYOND = 100.0  # how many of its lengths a profile goes on, flat, beyond either end
 TINY = 1e-12  # of the size of the numbers: whatever is nearer to a corner than this is on it
 
@@ -58,7 +60,7 @@ class LinearRoad:
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
-        points = np.ascontiguousarray(points, dtype=float)
+        points = check_points(self, self.dim, points)
         gap, normal, foot = np.empty(len(points)), np.empty(points.shape), np.empty(points.shape)
         search = nearest_on_chain if self.dim == 2 else nearest_on_triangles
         search(self._surface, points, gap, normal, foot)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geometry.obstacles.plane import Road
+from geometry.obstacles.plane import Road, check_points
 
 
 class ShiftedRoad:
@@ -16,7 +16,8 @@ class ShiftedRoad:
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
-        gap, normal, foot = self.road.closest(np.asarray(points, dtype=float) - self.shift)
+        points = check_points(self, self.shift.size, points)
+        gap, normal, foot = self.road.closest(points - self.shift)
         return gap, normal, foot + self.shift
 
 
@@ -82,7 +83,7 @@ class ExtrudedRoad:
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, 3) and closest point (n, 3) for points (n, 3)."""
-        points = np.asarray(points, dtype=float)
+        points = check_points(self, 3, points)
         gap, in_plane, foot = self.road.closest(points[:, [0, 2]])
         normal = np.insert(in_plane, 1, 0.0, axis=1)
         return gap, normal, np.insert(foot, 1, points[:, 1], axis=1)

@@ -19,12 +19,33 @@ class Road(Protocol):
         ...
 
 
-class Plane:
-    """A flat road through `point`; `normal`, of any length, points from the road to the body."""
+def check_points(road: object, dim: int, points: np.ndarray) -> np.ndarray:
+    """Return points (n, dim), or raise the ValueError that says that the road is not made for them."""
+    points = np.ascontiguousarray(points, dtype=float)
+    if points.ndim != 2 or points.shape[1] != dim:
+        remedy = "give a road of the plane, say a profile over x"
+        if dim == 2:
+            remedy = "draw it out sideways by ExtrudedRoad, or give a road in space"
+        raise ValueError(
+            f"This {type(road).__name__} has {dim} dimensions, but the body's points have shape "
+            f"{points.shape}; {remedy}."
+        )
+    return points
 
-    def __init__(self, point: Sequence[float] = (0.0, 0.0), normal: Sequence[float] = (0.0, 1.0)):
-        self.point = np.asarray(point, dtype=float)
-        direction = np.asarray(normal, dtype=float)
+
+class Plane:
+    """A flat road through `point`; `normal`, of any length, points from the road to the body.
+
+    By default it is the level through the origin, under bodies in the plane and in space alike: the last
+    coordinate points up.
+    """
+
+    def __init__(self, point: Sequence[float] | None = None, normal: Sequence[float] | None = None):
+        self._any_dimension = point is None and normal is None
+        known = normal if point is None else point
+        dim = 2 if known is None else np.size(known)
+        self.point = np.zeros(dim) if point is None else np.asarray(point, dtype=float)
+        direction = np.eye(dim)[-1] if normal is None else np.asarray(normal, dtype=float)
         if self.point.shape != direction.shape or self.point.shape not in ((2,), (3,)):
             raise ValueError(
                 f"The plane's point {point} and normal {normal} must both have 2, or both 3, components."
@@ -39,7 +60,9 @@ class Plane:
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
-        points = np.asarray(points, dtype=float)
+        if self._any_dimension and np.ndim(points) == 2 and np.shape(points)[1] == 3:
+            return Plane((0.0, 0.0, 0.0)).closest(points)
+        points = check_points(self, self.point.size, points)
         gap = (points - self.point) @ self.normal
         normal = np.empty_like(points)
         normal[:] = self.normal

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geometry.obstacles.plane import Plane
+from geometry.obstacles.plane import Plane, check_points
 
 
 class RoundRoad:
@@ -14,8 +14,8 @@ class RoundRoad:
 
     Parameters
     ----------
-    point : where the road passes
-    normal : of any length, at that point
+    point : where the road passes; default the origin
+    normal : of any length, at that point; default up
     radius : positive for a hill (the body is outside the circle), negative for a hollow (the body is inside)
 
     Raises
@@ -25,7 +25,10 @@ class RoundRoad:
     """
 
     def __init__(
-        self, point: Sequence[float] = (0.0, 0.0), normal: Sequence[float] = (0.0, 1.0), radius: float = 1.0
+        self,
+        point: Sequence[float] | None = None,
+        normal: Sequence[float] | None = None,
+        radius: float = 1.0,
     ):
         plane = Plane(point, normal)
         if not (np.isfinite(radius) and radius != 0):
@@ -41,7 +44,7 @@ class RoundRoad:
         numerator taken from `point`. At the centre, from which all of the road is equally far, the
         closest point is `point`.
         """
-        offset = np.asarray(points, dtype=float) - self.point
+        offset = check_points(self, self.point.size, points) - self.point
         from_centre = offset + self.radius * self.normal
         distance = np.linalg.norm(from_centre, axis=1)
         side = np.sign(self.radius)

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import Akima1DInterpolator, RectBivariateSpline
 
 from geometry.obstacles.linear_road import LinearRoad, checked_samples
+from geometry.obstacles.plane import check_points
 
 STEPS = 12  # of Newton's method at most; near the road it takes four
 SHORT = 1e-2  # of the spacing of the positions: the step of difference quotients of the height
@@ -94,7 +95,7 @@ class SmoothRoad:
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
-        points = np.asarray(points, dtype=float)
+        points = check_points(self, self.dim, points)
         place = self._linear.closest(points)[2][:, :-1].copy()
         todo = np.arange(len(points))
         for _ in range(STEPS):
