@@ -35,6 +35,7 @@ from model import (
     History,
     MassRedistribution,
     MovingBody,
+    Status,
     UnresolvedWaves,
     march,
     solve,
@@ -108,7 +109,7 @@ class Ride:
         self.off, self.surface, self.hardest = 0.0, [], 0.0
         nodes, before = self.moving.contact_nodes, state
         for state in march(self.scheme, before, round(end / dt), self.history):
-            touching = nodes[state.status > 0]
+            touching = nodes[state.status != Status.FREE]
             if touching.size:
                 at = self.body.coordinates[touching] + state.displacement[touching]
                 self.off = max(self.off, np.abs(road.closest(at)[0]).max())

@@ -32,7 +32,7 @@ from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder
-from model import BodyOnRoad, ContactSolver, follow, solve
+from model import BodyOnRoad, ContactSolver, Status, follow, solve
 from model.closed_forms.carter import Carter
 from model.closed_forms.hertz import HertzCylinder
 from model.closed_forms.mindlin import MindlinCylinder
@@ -80,7 +80,7 @@ for number, (name, (loads, theory)) in enumerate(scenarios.items(), start=6):
     path = list(follow(ContactSolver(pressed.problem), loads, tolerance=1e-11))
     last, patch = path[-1], read_patch(pressed, path[-1])
     slip = (last.displacement - path[-2].displacement)[nodes, 0][np.argsort(pressed.points[:, 0])]
-    slip = np.where(patch.status == 1, slip, 0.0)
+    slip = np.where(patch.status == Status.SLIP, slip, 0.0)
     scene.result(f"p0[{name}]", patch.p.max(), "MPa", hertz.p0, "Hertz, frictionless")
     for key, status, exact in (("stick", 2, None), ("contact", 1, hertz.a)):
         for end, place, sign in zip(("from", "to"), patch.zone(status), (-1, 1)):
@@ -116,7 +116,7 @@ uncoupled = replace(rough.problem, tangential_reference=laid_on)
 *_, last = follow(ContactSolver(uncoupled, "direct"), [push + pull * k for k in part])
 patch = read_patch(rough, last)
 x = patch.x - patch.width.centre
-zone = contact_half_width(x, mu * patch.p - abs(patch.tau), patch.status == 2)
+zone = contact_half_width(x, mu * patch.p - abs(patch.tau), patch.status == Status.STICK)
 scene.result("c_over_a[uncoupled]", zone.interpolated / hertz.a, "1", 0.5, "eq. (15)")
 scene.result("tau_L2_error[uncoupled]", line_error(x, abs(patch.tau), mindlin.traction), "1", 0.0, "eq. (14)")
 scene.result("patch_centre[uncoupled]", patch.width.centre, "mm", 0.0, "eq. (14)")

@@ -29,7 +29,7 @@ from harness.scene import Scene
 from forms import Elasticity, Isotropic, Support
 from forms.alternatives import vinewtonrsls
 from geometry import Body, Plane, half_ball
-from model import BodyOnRoad, ContactSolver, follow, solve
+from model import BodyOnRoad, ContactSolver, Status, follow, solve
 from model.closed_forms.hertz import HertzSphere
 from model.closed_forms.mindlin import MindlinSphere
 from model.figures.contact_map import contact_map, cut_figure
@@ -74,7 +74,7 @@ def ball(part, refinements, friction=None):
 def read_off(pressed, solution):
     """Radii and pressures of the nodes, greatest pressure, and radius of the patch."""
     radius, pressure = np.hypot(*pressed.points[:, :2].T), pressed.pressure(solution)
-    inner = (solution.status > 0) & (radius < 0.85 * radius[solution.status > 0].max())
+    inner = (solution.status != Status.FREE) & (radius < 0.85 * radius[solution.status != Status.FREE].max())
     slope, top = np.polyfit(radius[inner] ** 2, pressure[inner] ** 2, 1)
     return radius, pressure, pressure.max(), np.sqrt(-top / slope)
 

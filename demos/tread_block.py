@@ -29,7 +29,7 @@ from matplotlib.collections import PolyCollection
 
 from forms import Anisotropic, Elasticity, Isotropic, Support
 from geometry import Body, MovingRoad, SmoothRoad, read_samples, tread_block
-from model import BodyOnRoad, ContactSolver, solve
+from model import BodyOnRoad, ContactSolver, Status, solve
 from model.figures.contact_map import MARKS, contact_map
 from model.figures.figures import COLOUR_MAP, LOOKS, new_figure, outlines
 from model.quasistatics.curved_contact import CurvedContact
@@ -108,7 +108,7 @@ def press_and_drag(name, pressed, road, steps, on_step=None):
     rows, solutions, off, rounds = [], [], 0.0, 0
     for (way, load), solution in zip(path, scene.progress(follow, name, len(path))):
         solutions.append(solution)
-        touching, force = solution.status > 0, solution.contact_force.sum(axis=0)
+        touching, force = solution.status != Status.FREE, solution.contact_force.sum(axis=0)
         rows.append((load / area, way, -force[0] / load, pressed.area[touching].sum() / area))
         pressed.road = moving.at(way)
         at = pressed.points + solution.displacement[pressed.problem.contact_nodes]

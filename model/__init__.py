@@ -14,6 +14,7 @@ from model.node_loop.friction_laws import (
     stribeck,
     viscous,
 )
+from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.quasistatics.load_stepping import follow
 from model.recording.checkpoint import load_checkpoint, save_checkpoint
@@ -41,6 +42,7 @@ __all__ = [
     "Newmark",
     "NotConverged",
     "Solution",
+    "Status",
     "UnresolvedWaves",
     "coulomb",
     "follow",

@@ -7,7 +7,7 @@ import pytest
 
 from forms import Elasticity, Isotropic
 from geometry import Body, LinearRoad, Plane, RoadSeenFromAfar, RoundRoad, SmoothRoad, ring
-from model import ContactStabilised, History, MassRedistribution, MovingBody, Newmark, NotConverged
+from model import ContactStabilised, History, MassRedistribution, MovingBody, Newmark, NotConverged, Status
 from model.curved.tangent_planes import _working
 from model.dynamics.curved_steps import on_curved_road
 from model.recording.wave_resolution import UnresolvedWaves
@@ -70,7 +70,7 @@ def test_nodes_end_on_the_road_which_gives_them_no_energy(scheme, friction):
         gap, normal, _ = road.closest(
             moving.coordinates[moving.contact_nodes] + state.displacement[moving.contact_nodes]
         )
-        touching = state.status > 0
+        touching = state.status != Status.FREE
         assert np.abs(gap[touching]).max(initial=0.0) <= 1e-12
         assert gap.min() >= -1e-12
         assert np.all(state.gap >= 0.0) and np.all(state.gap[touching] == 0.0)

@@ -14,6 +14,7 @@ from model import (
     MassRedistribution,
     MovingBody,
     Newmark,
+    Status,
     UnresolvedWaves,
     friction_law,
     solve,
@@ -33,9 +34,9 @@ def test_no_overlap_no_tension_and_inside_the_cone(scheme, friction):
     for _, after in steps(scheme, flying, round(0.2 / scheme.dt)):
         p, tau = pressures(scheme, after)
         assert after.gap.min() >= 0.0
-        assert np.all(after.gap[after.status != 0] == 0.0)
+        assert np.all(after.gap[after.status != Status.FREE] == 0.0)
         assert p.min() >= 0.0
-        assert np.all(p[after.status == 0] == 0.0)
+        assert np.all(p[after.status == Status.FREE] == 0.0)
         assert (tau - (friction or 0.0) * p).max() <= 1e-14 * max(p.max(), 1.0)
         assert moving.gaps(after.displacement)[0].min() > -1e-15
         assert after.residual < 1e-10
@@ -72,7 +73,7 @@ def test_a_block_at_rest_stays_at_rest(scheme):
     settling = GeneralisedAlpha(damped, 0.01, rho=0.5)
     at_rest = settling.run(settling.start(), 1000).displacement
     first = scheme.start(at_rest)
-    assert np.all(first.status != 0)
+    assert np.all(first.status != Status.FREE)
     assert np.abs(first.contact_force.sum(axis=0) - [0.0, 20.0]).max() < 1e-9
     state = scheme.run(first, 500)
     assert np.abs(state.displacement - at_rest).max() < 1e-13

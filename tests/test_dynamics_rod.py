@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bodies_in_motion import NEVER_GAIN, rod, steps
 
-from model import CentralDifferences, History, Newmark, march
+from model import CentralDifferences, History, Newmark, Status, march
 from model.closed_forms.rod import RodImpact
 
 exact = RodImpact()
@@ -52,7 +52,7 @@ def test_a_held_node_keeps_its_speed_in_newmark():
     scheme = Newmark(moving, 0.02)
     held = 0
     for before, after in steps(scheme, scheme.start(start), 100):
-        end = moving.contact_nodes[(before.status != 0) & (after.status != 0)]
+        end = moving.contact_nodes[(before.status != Status.FREE) & (after.status != Status.FREE)]
         assert np.abs(after.velocity[end] + before.velocity[end]).max(initial=0.0) < 1e-12
         held += end.size
     assert held >= 10  # nodes; it lets go so often that both are held for two steps on end only five times

@@ -10,6 +10,7 @@ from geometry import Body, Plane, half_cylinder_nested, rectangle
 from model import (
     BodyOnRoad,
     ContactSolver,
+    Status,
     coulomb,
     follow,
     friction_law,
@@ -70,7 +71,7 @@ def test_a_block_starts_to_slide_at_mu_p_and_not_before():
             ContactSolver(pressed.problem, "direct"), [push, push + 0.9 * mu * pull, push + 0.999 * mu * pull]
         )
     )[-1]
-    assert np.any(last.status == 2)
+    assert np.any(last.status == Status.STICK)
     with pytest.raises((RuntimeError, ValueError)):
         list(follow(ContactSolver(pressed.problem, "direct"), [push, push + 1.01 * mu * pull], limit=300))
 
@@ -94,7 +95,7 @@ def test_the_cone_holds_and_slip_never_helps(mu, steps):
         tangential = np.abs(step.contact_force[:, 0])
         assert np.max(tangential - mu * step.pressure_force) < 1e-12 * step.pressure_force.max()
         here = step.displacement[problem.contact_nodes]
-        assert np.max(step.contact_force[:, 0] * (here - before)[:, 0] * (step.status == 1)) <= 0.0
+        assert np.max(step.contact_force[:, 0] * (here - before)[:, 0] * (step.status == Status.SLIP)) <= 0.0
         before = here
 
 

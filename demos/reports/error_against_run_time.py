@@ -30,7 +30,7 @@ from harness.scene import Scene
 from forms import Elasticity, Isotropic, Support
 from forms.alternatives import penalty, vinewtonrsls
 from geometry import Body, Plane, half_cylinder, half_cylinder_nested
-from model import ContactSolver, NotConverged, follow, solve
+from model import ContactSolver, NotConverged, Status, follow, solve
 from model.closed_forms.hertz import HertzCylinder
 from model.figures.figures import LOOKS, convergence_figure
 from model.results.body_on_road import BodyOnRoad
@@ -103,7 +103,7 @@ def linear_twin(pressed, solution):
 
     One node far from the road keeps the code path.
     """
-    body, held = pressed.elasticity.body, pressed.nodes[solution.status > 0]
+    body, held = pressed.elasticity.body, pressed.nodes[solution.status != Status.FREE]
     support = Support(body).fix_node(body.nearest_node((0.0, R)), x=0.0)
     for node in held:
         support.fix_node(int(node), y=-body.coordinates[node, 1])
@@ -147,7 +147,7 @@ for k in scene.progress(levels, "meshes"):
         "work_units": final.work_units,
         "cycles": final.cycles,
         "p0": p.max(),
-        "a": contact_half_width(x, p, final.status > 0).interpolated,
+        "a": contact_half_width(x, p, final.status != Status.FREE).interpolated,
         "pressure": (x[order], p[order]),
         "energy": energy(problem, exact[k].displacement),
         "norm": np.sqrt(exact[k].displacement.ravel() @ (problem.A @ exact[k].displacement.ravel())),

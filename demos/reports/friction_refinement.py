@@ -27,7 +27,7 @@ from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder_nested
-from model import BodyOnRoad, ContactSolver, NotConverged, follow, solve
+from model import BodyOnRoad, ContactSolver, NotConverged, Status, follow, solve
 from model.closed_forms.hertz import HertzCylinder
 from model.closed_forms.spence import Spence
 from model.figures.figures import convergence_figure, new_figure
@@ -143,8 +143,8 @@ for part, mark, name in ((0.01, "o", "P/100"), (1.0, "x", "P")):
     spence = Spence(HertzCylinder(part * P, R, E, nu), mu)
     a, c = [], []
     for step in path(pressed, 40):
-        a.append(np.abs(x[step.status > 0]).max() + h / 2)
-        c.append(np.abs(x[step.status == 2]).max(initial=-h / 2) + h / 2)
+        a.append(np.abs(x[step.status != Status.FREE]).max() + h / 2)
+        c.append(np.abs(x[step.status == Status.STICK]).max(initial=-h / 2) + h / 2)
     a, c, load = np.array(a), np.array(c), np.arange(1, 41) / 40
     exact = spence.a * np.sqrt(load)
     ratios = []

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from model.curved.anderson_acceleration import Anderson
-from model.node_loop.contact_sweep import FREE, STICK
+from model.node_loop.status import Status
 
 SMOOTH = 0.1  # turns of the normals below which rounds are combined
 
@@ -102,7 +102,7 @@ class RoadPlanes:
         bool
             True, and the planes stay, if the nodes were on the road and the normals steady.
         """
-        in_contact = np.flatnonzero(status != FREE)
+        in_contact = np.flatnonzero(status != Status.FREE)
         self.gap, normal, foot = self._look(at, status, self.softness * pressure)
         if self.since is not None:
             self._lean[in_contact] = (
@@ -134,7 +134,7 @@ class RoadPlanes:
         Nodes that stick are at their anchors. Touching nodes are seen from `depth` (n,) below where that
         turns the normal less.
         """
-        n, sticks, in_contact = len(at), status == STICK, np.flatnonzero(status != FREE)
+        n, sticks, in_contact = len(at), status == Status.STICK, np.flatnonzero(status != Status.FREE)
         seen = np.where(sticks[:, None], self.anchor, at)[in_contact]
         last = (self.normal - self._lean)[in_contact]
         both = self.road.closest(np.concatenate([at, seen - depth[in_contact, None] * last]))

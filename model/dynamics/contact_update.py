@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit
 
-from model.node_loop.contact_sweep import FREE, SLIP, STICK
 from model.node_loop.friction_laws import allowed
+from model.node_loop.status import Status
 
 
 @njit(cache=True)
@@ -19,7 +19,7 @@ def advance(gap, normal, moved):
 def forget_rounding(gap, status, rounding):
     """Put nodes that touch, and nodes that rounding has put below the road, at gap 0."""
     for c in range(gap.size):
-        if (status[c] != 0 or gap[c] < 0.0) and abs(gap[c]) < rounding:
+        if (status[c] != Status.FREE or gap[c] < 0.0) and abs(gap[c]) < rounding:
             gap[c] = 0.0
 
 
@@ -40,13 +40,13 @@ def confirm_contact(contact, e, force, law, status, gap):
             pressure += contact.frame[c, 0, a] * force[c, a]
             squares += force[c, a] ** 2
         gap[c] = max(s, 0.0)
-        if status[c] == FREE and pressure > 0.0:
-            status[c] = SLIP
-        if status[c] == FREE:
+        if status[c] == Status.FREE and pressure > 0.0:
+            status[c] = Status.SLIP
+        if status[c] == Status.FREE:
             continue
         gap[c] = 0.0
         count += 1
-        if law is None or status[c] == STICK:
+        if law is None or status[c] == Status.STICK:
             continue
         for b in range(1, d):
             slip = -contact.reference[c, b - 1]
@@ -55,7 +55,7 @@ def confirm_contact(contact, e, force, law, status, gap):
             slipped |= slip != 0.0
         tangential = np.sqrt(max(squares - pressure**2, 0.0))
         if not slipped and tangential < allowed(law, pressure, 0.0, contact.state[c]):
-            status[c] = STICK
+            status[c] = Status.STICK
     return count
 
 

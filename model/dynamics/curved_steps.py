@@ -19,7 +19,7 @@ from model.curved.tangent_planes import RoadPlanes
 from model.dynamics.contact_update import forget_rounding
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator, Touch
-from model.node_loop.contact_sweep import FREE
+from model.node_loop.status import Status
 from model.quasistatics.curved_contact import ON_ROAD, ROUNDS, softness
 from model.solvers.convergence_record import NotConverged, Record
 
@@ -57,7 +57,7 @@ class FollowsRoad(TimeIntegrator):
             pressure = np.einsum("ca,ca->c", planes.normal, touch.force)
             at = guessed + touch.increment[nodes]
             if planes.follow(at, touch.status, np.maximum(pressure, 0.0), 10 * self.tolerance):
-                return replace(touch, gap=np.where(touch.status == FREE, planes.gap, 0.0))
+                return replace(touch, gap=np.where(touch.status == Status.FREE, planes.gap, 0.0))
             last = replace(before, status=touch.status)
         raise self._off(planes)
 
@@ -74,7 +74,7 @@ class FollowsRoad(TimeIntegrator):
         for _ in range(ROUNDS):
             added += super()._settle(state)  # type: ignore[misc]
             gap, normal = self.body.gaps(state.displacement)
-            turn, in_contact = normal - massless.loop.frame[:, 0], state.status != FREE
+            turn, in_contact = normal - massless.loop.frame[:, 0], state.status != Status.FREE
             off, turned = (np.abs(x[in_contact]).max(initial=0.0) for x in (gap, turn))
             if off <= near and turned <= 10 * self.tolerance:
                 break

@@ -23,7 +23,7 @@ from model.dynamics.initial_acceleration import mass_inverse
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State, StepSolver
-from model.node_loop.contact_sweep import FREE, SLIP, STICK
+from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.problem.rigid_modes import rigid_motions
 
@@ -83,8 +83,12 @@ class MassRedistribution(Midpoint):
         self, u: np.ndarray, v: np.ndarray, gap: np.ndarray, normal: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Leave it to `start`, once the massless nodes are in equilibrium; who touches sticks a priori."""
-        touches = SLIP if self.body.friction is None else STICK
-        return np.zeros_like(u), np.zeros_like(normal), np.where(gap == 0.0, touches, FREE).astype(np.int8)
+        touches = Status.SLIP if self.body.friction is None else Status.STICK
+        return (
+            np.zeros_like(u),
+            np.zeros_like(normal),
+            np.where(gap == 0.0, touches, Status.FREE).astype(np.int8),
+        )
 
     def step(self, before: State) -> State:
         """Return the state one step later."""
@@ -96,7 +100,9 @@ class MassRedistribution(Midpoint):
         # velocities of the massless nodes, for the record and the next guess only
         mean = (after.displacement[nodes] - before.displacement[nodes]) / self.dt
         memory = mean if before.memory is None else before.memory
-        after.velocity[nodes] = np.where((after.status == FREE)[:, None], 1.5 * mean - 0.5 * memory, mean)
+        after.velocity[nodes] = np.where(
+            (after.status == Status.FREE)[:, None], 1.5 * mean - 0.5 * memory, mean
+        )
         after.acceleration[nodes] = (mean - memory) / self.dt
         after.memory = mean
         after.seconds = perf_counter() - began

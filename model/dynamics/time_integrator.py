@@ -18,7 +18,7 @@ import numpy as np
 from model.dynamics.contact_update import advance, confirm_contact, contact_work, forget_rounding
 from model.dynamics.initial_acceleration import consistent_acceleration
 from model.dynamics.moving_body import MovingBody
-from model.node_loop.contact_sweep import SLIP
+from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.solvers.contact_solver import ContactSolver
 from model.solvers.convergence_record import Record
@@ -175,7 +175,7 @@ class StepSolver:
             loop.update_normals(normal)
             correction.update_normals()
         loop.slip_rate = self.slip_rate
-        slipped = None if loop.friction is None else (before.status == SLIP).astype(np.float64)
+        slipped = None if loop.friction is None else (before.status == Status.SLIP).astype(np.float64)
         loop.set_load(b, gap, back, slipped)
         e, status, cycles = np.zeros(loop.shape), before.status.copy(), 0
         if isinstance(correction, Condensation):

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from model.figures.figures import COLOUR_MAP, outlines
-from model.node_loop.contact_sweep import SLIP, STICK
+from model.node_loop.status import Status
 
-MARKS = {STICK: ("black", "stick"), SLIP: ("tab:orange", "slip")}
+MARKS = {Status.STICK: ("black", "stick"), Status.SLIP: ("tab:orange", "slip")}
 
 
 def contact_map(

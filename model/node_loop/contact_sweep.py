@@ -20,8 +20,9 @@ from numba import njit
 
 from model.node_loop.blocks import FUSED, row_defect_2, row_defect_3, row_defect_any
 from model.node_loop.friction_laws import allowed
+from model.node_loop.status import Status
 
-FREE, SLIP, STICK = 0, 1, 2
+FREE, SLIP, STICK = Status
 
 
 class Candidates(NamedTuple):
@@ -80,13 +81,13 @@ def close_gap(contact, c, inverse, r, u):
         u[i, a] += s
         gap += contact.frame[c, 0, a] * u[i, a]
     if gap >= 0.0:
-        return FREE
+        return Status.FREE
     force = -gap / compliance
     for a in range(d):
         for b in range(d):
             u[i, a] += inverse[i, a, b] * contact.frame[c, 0, b] * force
     place_on_surface(contact, c, u)
-    return SLIP
+    return Status.SLIP
 
 
 @njit(cache=True, error_model="numpy")
@@ -111,9 +112,10 @@ def place_all_on_surface(contact, u, status):
         gap = contact.gap[c]
         for a in range(u.shape[1]):
             gap += contact.frame[c, 0, a] * u[contact.nodes[c], a]
-        if gap < 0.0 or status[c] != FREE:
+        if gap < 0.0 or status[c] != Status.FREE:
             place_on_surface(contact, c, u)
-            status[c] = max(status[c], SLIP)
+            if status[c] == Status.FREE:
+                status[c] = Status.SLIP
 
 
 @njit(cache=True, error_model="numpy")
@@ -134,7 +136,7 @@ def stick_or_slip(contact, c, inverse, r, u, bound, slip_rate):
         for a in range(d):
             for b in range(d):
                 u[i, a] += inverse[i, a, b] * r[b]
-        return FREE
+        return Status.FREE
     D = contact.block[c]
     step = np.empty(d)  # from the old position to the sticking one, in the frame
     force = np.empty(d)  # of the road, at the sticking position
@@ -148,13 +150,13 @@ def stick_or_slip(contact, c, inverse, r, u, bound, slip_rate):
         for b in range(d):
             force[a] += D[a, b] * step[b]
     slip = np.zeros(d)
-    status = STICK
+    status = Status.STICK
     tangential = 0.0
     for a in range(1, d):
         tangential += force[a] ** 2
     tangential = np.sqrt(tangential)
     if tangential > allowed(bound, max(force[0], 0.0), 0.0, contact.state[c]):
-        status = SLIP
+        status = Status.SLIP
         if d == 2:
             slip_2d(D, force, tangential, bound, slip_rate, contact.state[c], slip)
         else:

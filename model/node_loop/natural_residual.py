@@ -20,6 +20,7 @@ from numba import njit
 
 from model.node_loop.blocks import FUSED, row_defect_2, row_defect_3, row_defect_any
 from model.node_loop.friction_laws import allowed
+from model.node_loop.status import Status
 
 
 @lru_cache
@@ -51,12 +52,12 @@ def natural_residual(dim: int, friction: bool) -> Any:
                 local[a] = 0.0
                 for b in range(dim):
                     local[a] -= frame[a, b] * R[i, b]
-            if status[c] != 0:
+            if status[c] != Status.FREE:
                 gap = 0.0  # held by construction; what is left is the rounding of the sum above
             p = max(local[0] - contact.block[c, 0, 0] * gap, 0.0)
             local[0] = p
             if friction:
-                admissible_traction(contact, c, u, p, status[c] == 2, bound, slip_rate, local)
+                admissible_traction(contact, c, u, p, status[c] == Status.STICK, bound, slip_rate, local)
             for a in range(dim):
                 force[c, a] = frame[0, a] * p
                 if friction:

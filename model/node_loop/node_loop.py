@@ -11,16 +11,10 @@ import numpy as np
 from numba import njit
 
 from model.node_loop.blocks import BlockMatrix, diagonal_blocks, generalised_inverses, node_order
-from model.node_loop.contact_sweep import (
-    SLIP,
-    STICK,
-    Candidates,
-    contact_sweeps,
-    frames,
-    place_all_on_surface,
-)
+from model.node_loop.contact_sweep import Candidates, contact_sweeps, frames, place_all_on_surface
 from model.node_loop.friction_laws import FrictionLaw
 from model.node_loop.natural_residual import natural_residual
+from model.node_loop.status import Status
 
 
 class NodeLoop:
@@ -159,13 +153,13 @@ class NodeLoop:
 
     def hold_sticking(self, u: np.ndarray, status: np.ndarray) -> None:
         """Place sticking nodes exactly where they stick: rounding must not look like slip."""
-        held = np.flatnonzero(status == STICK)
+        held = np.flatnonzero(status == Status.STICK)
         u[self.nodes[held]] = self.sticking_place(held)
 
     def gaps(self, u: np.ndarray, status: np.ndarray) -> np.ndarray:
         """Gaps (n,) at displacement u: exactly zero at nodes in contact."""
         gap = self.contact.gap + np.einsum("ca,ca->c", self.frame[:, 0], u[self.nodes])
-        gap[status != 0] = 0.0
+        gap[status != Status.FREE] = 0.0
         return gap
 
 
@@ -195,7 +189,7 @@ def place_on_road(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
         way -= gap[back, None] * loop.frame[back, 0]
         force = np.einsum("cab,cbe,ce->ca", loop.block[back], loop.frame[back], way)
         bound = loop.friction.coefficient * force[:, 0]
-        status[back[np.linalg.norm(force[:, 1:], axis=1) <= bound]] = STICK
+        status[back[np.linalg.norm(force[:, 1:], axis=1) <= bound]] = Status.STICK
     loop.hold_sticking(u, status)
 
 
@@ -205,12 +199,12 @@ def stop_slip_that_turned(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> 
     The friction force of the last residual belongs to slip the other way; between the two lies rest. Return
     whether there were any; the status (n,) is updated in place.
     """
-    slipping = np.flatnonzero(status == SLIP)
+    slipping = np.flatnonzero(status == Status.SLIP)
     slip = u[loop.nodes[slipping]] - loop.sticking_place(slipping)
     tangents = loop.frame[slipping, 1:]
     friction, slip = (np.einsum("cab,cb->ca", tangents, v) for v in (loop.force[slipping], slip))
     turned = slipping[np.einsum("ca,ca->c", friction, slip) > 0.0]
-    status[turned] = STICK
+    status[turned] = Status.STICK
     return turned.size > 0
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from model.curved.tangent_planes import RoadPlanes
-from model.node_loop.contact_sweep import FREE, SLIP
+from model.node_loop.status import Status
 from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged, Record
 
@@ -102,7 +102,7 @@ class CurvedContact:
             if planes.follow(points + u[nodes], status, solution.pressure_force, steady):
                 self.normal, self.foot = planes.normal, planes.foot
                 return _all_rounds(rounds, planes.gap)
-            guess, in_contact = u.copy(), status != FREE
+            guess, in_contact = u.copy(), status != Status.FREE
             guess[nodes[in_contact]] = (planes.foot - points)[in_contact]
             options |= {"start": guess, "start_status": status}
         raise NotConverged(
@@ -145,7 +145,7 @@ class CurvedContact:
             yield solution
             reference = solution.displacement[nodes]
             options |= {"start": solution.displacement, "start_status": solution.status}
-            self.solver.state = np.asarray(solution.status == SLIP, dtype=np.float64)
+            self.solver.state = np.asarray(solution.status == Status.SLIP, dtype=np.float64)
 
 
 def softness(loop: Any) -> np.ndarray:

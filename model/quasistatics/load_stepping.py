@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from model.node_loop.contact_sweep import SLIP
+from model.node_loop.status import Status
 from model.solvers.contact_solver import ContactSolver, Solution
 
 
@@ -50,4 +50,4 @@ def follow(
         yield solution
         start, status = solution.displacement, solution.status
         reference = start[nodes]
-        solver.state = np.asarray(status == SLIP, dtype=np.float64)
+        solver.state = np.asarray(status == Status.SLIP, dtype=np.float64)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from model.dynamics.time_integrator import State, TimeIntegrator
-from model.node_loop.contact_sweep import FREE, SLIP, STICK
+from model.node_loop.status import Status
 
 
 class Event(NamedTuple):
@@ -28,13 +28,13 @@ def events(integrator: TimeIntegrator, before: State, after: State) -> list[Even
     nodes = integrator.body.contact_nodes
     found = []
     changes = [
-        ("leave", (old != FREE) & (new == FREE)),
-        ("stick", (old == SLIP) & (new == STICK)),
-        ("slip", (old == STICK) & (new == SLIP)),
+        ("leave", (old != Status.FREE) & (new == Status.FREE)),
+        ("stick", (old == Status.SLIP) & (new == Status.STICK)),
+        ("slip", (old == Status.STICK) & (new == Status.SLIP)),
     ]
     for kind, where in changes:
         found += [Event(before.time, int(nodes[c]), kind) for c in np.flatnonzero(where)]
-    touching = np.flatnonzero((old == FREE) & (new != FREE))
+    touching = np.flatnonzero((old == Status.FREE) & (new != Status.FREE))
     for c, delay in zip(touching, closing_times(integrator, before, touching)):
         found.append(Event(before.time + delay, int(nodes[c]), "touch"))
     return sorted(found)

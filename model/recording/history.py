@@ -9,7 +9,7 @@ import numpy as np
 
 from model.atomic_file import write_aside
 from model.dynamics.time_integrator import State, TimeIntegrator
-from model.node_loop.contact_sweep import STICK
+from model.node_loop.status import Status
 from model.recording.contact_events import Event, events
 from model.recording.energy_balance import Entry, Ledger
 from model.recording.wave_resolution import Resolution
@@ -168,7 +168,7 @@ class History:
             "step": state.step,
             "time": state.time,
             "contacts": state.count,
-            "sticking": int(np.count_nonzero(state.status == STICK)),
+            "sticking": int(np.count_nonzero(state.status == Status.STICK)),
         }
         row |= {name: value for name, value in vars(entry).items() if name != "momentum"}
         row |= {f"momentum_{a}": float(x) for a, x in zip(AXES, entry.momentum)}

@@ -39,7 +39,7 @@ class Solution:
     gap : (n,)
         Distance to the road, >= 0, exactly 0 in contact.
     status : (n,)
-        0 free, 1 slip (and every frictionless contact), 2 stick.
+        A `Status` each: FREE, SLIP (and every frictionless contact), STICK.
     residual : float
         Natural residual, dimensionless.
     history : (tests,)

@@ -31,8 +31,8 @@ from model.node_loop.blocks import (
     generalised_inverses,
     sweep_from_zero,
 )
-from model.node_loop.contact_sweep import FREE, SLIP, STICK
 from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_turned
+from model.node_loop.status import Status
 from model.problem.rigid_modes import nodes_that_hold, spread_candidates
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, nodal_prolongation, recompute
@@ -247,7 +247,7 @@ class Multigrid:
         wanted = max(
             0.1 * float(np.linalg.norm(loop.R)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale
         )
-        if loop.friction is not None and np.any(status == SLIP):
+        if loop.friction is not None and np.any(status == Status.SLIP):
             record.cycles += self._with_friction(loop.R, wanted, u, status)
         else:
             record.cycles += self._conjugate_gradients(loop.R, wanted)
@@ -319,7 +319,7 @@ class Multigrid:
         That makes A unsymmetric.
         """
         loop, product = self.loop, self.product
-        slipping = np.flatnonzero(status == SLIP)
+        slipping = np.flatnonzero(status == Status.SLIP)
         nodes, normal = loop.nodes[slipping], loop.frame[slipping, 0]
         follow = slip_force_by_pressure(loop, u, slipping)
         cycles = 0
@@ -375,9 +375,9 @@ def free_directions(loop: NodeLoop, numbers: np.ndarray, status: np.ndarray) -> 
     normal = loaded * loop.frame[numbers, 0]
     length = np.linalg.norm(normal, axis=1)
     normal[length > 1e-12] /= length[length > 1e-12, None]
-    slips = status == SLIP
+    slips = status == Status.SLIP
     T[slips] -= normal[slips, :, None] * normal[slips, None, :]
-    T[status == STICK] = 0.0
+    T[status == Status.STICK] = 0.0
     return T
 
 
@@ -463,8 +463,10 @@ class CoarserMesh:
         arrived = self.weights @ coarse.gaps(e, in_contact)
         lift = np.where(self.between, arrived - gap, 0.0)
         u[fine.nodes] += lift[:, None] * fine.frame[:, 0]
-        stuck = self.weights @ (in_contact == STICK).astype(float) > 1.0 - 1e-9
-        status[:] = np.where(self.between & (arrived == 0.0), np.where(stuck, STICK, SLIP), FREE)
+        stuck = self.weights @ (in_contact == Status.STICK).astype(float) > 1.0 - 1e-9
+        status[:] = np.where(
+            self.between & (arrived == 0.0), np.where(stuck, Status.STICK, Status.SLIP), Status.FREE
+        )
         place_on_road(fine, u, status)
 
 
