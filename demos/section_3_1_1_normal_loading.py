@@ -33,7 +33,7 @@ from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder
-from model import BodyOnRoad, ContactSolver, follow, solve
+from model import BodyOnRoad, ContactSolver, Status, follow, solve
 from model.closed_forms.hertz import HertzCylinder
 from model.closed_forms.spence import Spence
 from model.figures.figures import body_picture, mesh_figure, pressure_figure
@@ -99,7 +99,7 @@ path = list(follow(ContactSolver(rubbing.problem, "direct"), loads, tolerance=1e
 patch = read_patch(rubbing, path[-1], degree=2)
 scene.result("p0[mu=0.5]", patch.p.max(), "MPa", spence.p0, "Spence, half plane")
 scene.result("a[mu=0.5]", patch.width.interpolated, "mm", spence.a, "Spence, half plane")
-scene.result("stick_half_width[mu=0.5]", patch.zone(2)[1], "mm", spence.c, "Spence, half plane")
+scene.result("stick_half_width[mu=0.5]", patch.zone(Status.STICK)[1], "mm", spence.c, "Spence, half plane")
 note_laws(scene, "mu=0.5", rubbing, path, (0.0, P), mu)
 computed, title = {"p": patch.p, "tau": patch.tau}, "mu = 0.5, ten steps (figure 5)"
 exact = {"Hertz, mu = 0": hertz.pressure, "Spence, p": spence.pressure, "Spence, tau": spence.traction}
@@ -128,7 +128,7 @@ assert 0 < read_patch(straight, solve(straight.problem)).p.max() / scene.value("
 # 3. Only near the middle (Spence: c = 0.05 a), and the peak lies between Hertz's and that of mu = 0.5.
 *_, last = follow(ContactSolver(slippery.problem), loads)
 patch = read_patch(slippery, last)
-assert patch.zone(2)[1] < 0.2 * hertz.a and hertz.p0 < patch.p.max() < scene.value("p0[mu=0.5]")
+assert patch.zone(Status.STICK)[1] < 0.2 * hertz.a and hertz.p0 < patch.p.max() < scene.value("p0[mu=0.5]")
 
 # %% [markdown]
 # **Further reading.** K. L. Johnson, *Contact Mechanics*, Cambridge, 1985, chapters 4 and 5. D. A. Spence, *The Hertz

@@ -93,7 +93,7 @@ for number, (name, (loads, theory)) in enumerate(scenarios.items(), start=6):
     )
     note_laws(scene, name, pressed, path, (-Q, P), mu)
     title = f"Figure {number}: {name} loading, the leading edge on the right"
-    zone = patch.zone(2), hertz.a, slip, title
+    zone = patch.zone(Status.STICK), hertz.a, slip, title
     scene.figure(stick_slip_figure(patch.x, abs(patch.tau), mu * patch.p, theory, *zone), f"figure_{number}")
     pressed.write(scene.out / f"{name}.xdmf", last)
 solved = replace(pressed.problem, b=loads[-1], tangential_reference=path[-2].displacement[nodes])
@@ -139,7 +139,7 @@ scene.figure(picture, "uncoupled")
 # 1. c / a = 0.87 and 0.22; the mesh resolves a ninth of a.
 for share in (0.25, 0.95):
     *_, last = follow(ContactSolver(uncoupled, "direct"), [push + pull * (k * share / 0.75) for k in part])
-    assert abs(read_patch(rough, last).zone(2)[1] / hertz.a - np.sqrt(1 - share)) < 1 / 9
+    assert abs(read_patch(rough, last).zone(Status.STICK)[1] / hertz.a - np.sqrt(1 - share)) < 1 / 9
 # 2. No: the edges, which slipped forwards, slip backwards, and a locked-in shear of zero sum stays.
 *_, last = follow(
     ContactSolver(pressed.problem), [*one_after_the_other, *(push + pull * (1 - k) for k in part)]

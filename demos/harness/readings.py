@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from harness.scene import Scene
+from model import Status
 from model.results.pressure import HalfWidth, contact_half_width
 
 
@@ -43,7 +44,7 @@ def read_patch(pressed: Any, solution: Any, degree: int = 1) -> Patch:
     """
     order = np.argsort(pressed.points[:, 0])
     x, p, status = pressed.points[order, 0], pressed.pressure(solution)[order], solution.status[order]
-    width = contact_half_width(x, p, status > 0, degree)
+    width = contact_half_width(x, p, status != Status.FREE, degree)
     return Patch(x, p, pressed.traction(solution)[order, 0], status, width)
 
 

@@ -20,7 +20,7 @@ from harness.readings import read_patch
 from harness.scene import Scene
 
 from geometry import half_cylinder, half_cylinder_nested
-from model import ContactSolver, follow, solve
+from model import ContactSolver, Status, follow, solve
 from model.closed_forms.hertz import HertzCylinder
 from model.closed_forms.mindlin import MindlinCylinder
 from model.figures.figures import convergence_figure, stick_slip_figure
@@ -50,7 +50,7 @@ for name, (grid, refinements) in scene.progress(meshes.items(), "meshes"):
     *_, last = follow(ContactSolver(problem, "direct"), loads)
     patch = read_patch(rough, last)
     x = patch.x - patch.width.centre
-    zone = contact_half_width(x, mu * patch.p - abs(patch.tau), patch.status == 2)
+    zone = contact_half_width(x, mu * patch.p - abs(patch.tau), patch.status == Status.STICK)
     spacings.append(np.diff(x)[x.size // 2])
     errors["tau (L2)"].append(line_error(x, abs(patch.tau), mindlin.traction))
     errors["c / a"].append(abs(zone.interpolated / hertz.a / 0.5 - 1))
