@@ -1,0 +1,249 @@
+"""The judge: equilibrium, contact and friction in long double, and a conic solver (Clarabel) on the same matrices.
+
+Without friction, and with friction at fixed bounds, the problem is convex,
+
+    minimise 1/2 u.A u - b.u + sum bound |slip|   over   g + n.u >= 0,                                 (1)
+
+so a displacement is right if and only if no increment from it lowers (1). Whether there is any solution is a
+question to the rigid motions alone: the load must not do work in a motion that no admissible force of the
+road resists.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import clarabel
+import numpy as np
+from scipy.sparse import block_array, csc_array, csr_array, triu
+
+LONG = np.longdouble
+EPS = float(np.finfo(float).eps)
+TOLERANCE = 1e-9  # of the forces at work; solutions are asked for with a natural residual of 1e-10
+CONIC = 1e-6  # of force squared times softness; what the conic solver is asked for, 1e-8, and a margin
+DRIVEN = 1e-7  # power of a unit of load in a rigid motion of unit size, beyond which it counts
+CLOSE = 1e3  # elastic displacements within which a node may touch
+
+
+@dataclass
+class Posed:
+    """A contact problem as the judge sees it; N nodes, n candidates, d dimensions.
+
+    Attributes
+    ----------
+    A : sparse (N d, N d)
+    b : (N, d)
+    coordinates : (N, d)
+    nodes : (n,)
+    normal : (n, d)
+    gap : (n,)
+    mu : float
+    reference : (n, d)
+    off_road : list of str
+        What is wrong with the planes themselves.
+    """
+
+    A: Any
+    b: np.ndarray
+    coordinates: np.ndarray
+    nodes: np.ndarray
+    normal: np.ndarray
+    gap: np.ndarray
+    mu: float
+    reference: np.ndarray
+    off_road: list[str] = field(default_factory=list)
+
+    @property
+    def prescribed(self) -> np.ndarray:
+        """Which unknowns (N d,) stand alone."""
+        A = csr_array(self.A)
+        A.eliminate_zeros()
+        return (np.diff(A.indptr) == 1) & (A.diagonal() != 0.0)
+
+
+@dataclass
+class Answer:
+    """What a solver says: displacement (N, d), contact force (n, d), gap (n,)."""
+
+    displacement: np.ndarray
+    force: np.ndarray
+    gap: np.ndarray
+
+
+def complaints(posed: Posed, answer: Answer) -> list[str]:
+    """Say all that is wrong with an answer; nothing if it is right."""
+    u, f, n = answer.displacement, answer.force, posed.normal
+    if not all(np.isfinite(values).all() for values in (u, f, answer.gap)):
+        return ["values that are not finite"]
+    d, nodes = u.shape[1], posed.nodes
+    fixed = posed.prescribed.reshape(u.shape)
+    A = csr_array(posed.A)
+    missing = LONG(posed.b) - (csr_array(A, dtype=LONG) @ LONG(u).ravel()).reshape(u.shape)
+    missing[nodes] += np.where(fixed[nodes], 0.0, f)
+    rounding = 4 * EPS * (abs(A) @ np.abs(u).ravel()).reshape(u.shape)
+    size = _size(posed, answer)
+    said: list[str] = []
+
+    def check(what: str, value: Any, allowed: Any) -> None:
+        if not value <= allowed:
+            said.append(f"{what} {float(value):.1e}, allowed {float(allowed):.1e}")
+
+    free = np.where(fixed, 0.0, missing)
+    check("out of balance by", np.sqrt(np.sum(free**2)), TOLERANCE * size + np.linalg.norm(rounding))
+    held = rounding + 16 * EPS * posed.A.diagonal().reshape(u.shape) * np.abs(u).max(axis=1, keepdims=True)
+    check("prescribed values missed by", np.max(np.abs(missing) - held, where=fixed, initial=0.0), 0.0)
+    motions = free_motions(posed)
+    forces = posed.b.copy()
+    forces[nodes] += f
+    unbalanced = motions.T @ np.where(fixed, 0.0, forces).ravel()
+    check("forces and moments of the whole off by", np.abs(unbalanced).max(initial=0.0), TOLERANCE * size)
+
+    p = np.einsum("ca,ca->c", f, n)
+    g = LONG(posed.gap) + np.einsum("ca,ca->c", LONG(u[nodes]), LONG(n))
+    length = posed.gap + np.abs(u[nodes]).sum(axis=1)
+    check("tension", -p.min(), 1e-14 * size)
+    check("gap below zero", -answer.gap.min(), 0.0)
+    check("gap not that of the displacement", np.max(np.abs(g - answer.gap) - 16 * EPS * length), 0.0)
+    check("force across a gap", np.max(np.where(answer.gap > 0.0, np.linalg.norm(f, axis=1), 0.0)), 0.0)
+    tau = f - p[:, None] * n
+    slip = _along(LONG(u[nodes]) - posed.reference, n)
+    check("friction beyond the cone", np.max(np.linalg.norm(tau, axis=1) - posed.mu * p), 1e-12 * size)
+    way = np.sqrt(np.sum(slip**2, axis=1))
+    idle = posed.mu * p * way + np.einsum("ca,ca->c", tau, slip)  # power not taken from the slip
+    most = 2 * posed.mu * p * 16 * EPS * (length + np.abs(posed.reference).sum(axis=1))
+    check("slip not against friction", np.max(idle - most), TOLERANCE * size**2 * _softness(posed))
+    if not said:
+        said += _by_cones(posed, answer, missing, motions, size)
+    return said
+
+
+def _size(posed: Posed, answer: Answer) -> float:
+    """Forces at work: loads on free unknowns, and the road's."""
+    fixed = posed.prescribed.reshape(posed.b.shape)
+    return float(np.linalg.norm(np.where(fixed, 0.0, posed.b)) + np.linalg.norm(answer.force)) + 1e-300
+
+
+def _softness(posed: Posed) -> float:
+    """Displacement of a node by a unit of force, all others held."""
+    return float(1.0 / np.median(posed.A.diagonal()))
+
+
+def _along(way: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    return way - np.einsum("ca,ca->c", way, normal)[:, None] * normal
+
+
+def _by_cones(posed: Posed, answer: Answer, missing: np.ndarray, motions: np.ndarray, size: float) -> list[str]:
+    """Look for an increment that lowers (1), in units of the forces and the softness.
+
+    Nodes too far away to touch are left out: an answer that is best without them is best with them.
+    """
+    d, unit = posed.b.shape[1], size * _softness(posed)
+    r = np.array(missing)
+    r[posed.nodes] -= np.where(posed.prescribed.reshape(r.shape)[posed.nodes], 0.0, answer.force)
+    r = np.where(posed.prescribed.reshape(r.shape), 0.0, r).astype(float) / size
+    near = np.flatnonzero(answer.gap <= CLOSE * unit)
+    frame = _frames(posed.normal[near])
+    columns = posed.nodes[near, None] * d + np.arange(d)
+    number = np.arange(near.size)
+
+    def rows_along(axis: int) -> csr_array:
+        data, at = frame[:, axis].ravel(), columns.ravel()
+        return csr_array((data, (np.repeat(number, d), at)), shape=(near.size, posed.b.size))
+
+    A = csc_array(posed.A) * _softness(posed)
+    bound = posed.mu * np.einsum("ca,ca->c", answer.force, posed.normal)[near] / size
+    sliding = np.flatnonzero(bound > 0.0)
+    slip = _along(answer.displacement[posed.nodes] - posed.reference, posed.normal)[near] / unit
+    slip[answer.gap[near] > 0.0] = 0.0
+    local = np.einsum("cta,ca->ct", frame, slip)
+    keep = np.flatnonzero(~posed.prescribed)
+    # unknowns: increments of the free unknowns, then the lengths of slip
+    k = sliding.size
+    blocks, right, cones = [], [], []
+    blocks.append([-rows_along(0)[:, keep], csr_array((near.size, k))])
+    right.append(answer.gap[near] / unit)
+    cones.append(clarabel.NonnegativeConeT(near.size))
+    lengths = np.linalg.norm(slip[sliding], axis=1)
+    along = [rows_along(axis) for axis in range(1, d)]
+    for j, c in enumerate(sliding):
+        pick = csr_array(([-1.0], ([0], [j])), shape=(1, k))
+        blocks.append([csr_array((1, keep.size)), pick])
+        right.append([0.0])
+        for axis, rows in enumerate(along, start=1):
+            blocks.append([-rows[[c]][:, keep], csr_array((1, k))])
+            right.append([local[c, axis]])
+        cones.append(clarabel.SecondOrderConeT(d))
+    if motions.shape[1]:  # keeps what nothing holds, and nothing drives, within sight
+        Z = csr_array(motions[keep].T)
+        empty = csr_array((Z.shape[0], k))
+        blocks += [[Z, empty], [-Z, empty]]
+        right += [np.full(Z.shape[0], CLOSE)] * 2
+        cones.append(clarabel.NonnegativeConeT(2 * Z.shape[0]))
+    q = np.concatenate([-r.ravel()[keep], bound[sliding]])
+    P = block_array([[A[keep][:, keep], None], [None, csc_array((k, k))]]) if k else A[keep][:, keep]
+    value, status = _minimum(P, q, block_array(blocks), np.concatenate(right), cones)
+    value -= float(bound[sliding] @ lengths)
+    if status != "Solved" and status != "AlmostSolved":
+        return [f"conic solver: {status}"] if status != "InsufficientProgress" else []
+    return [f"an increment lowers the energy by {-value:.1e}"] if value < -CONIC else []
+
+
+def _minimum(P: Any, q: np.ndarray, rows: Any, right: np.ndarray, cones: list) -> tuple[float, str]:
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_threads = 1
+    found = clarabel.DefaultSolver(triu(P, format="csc"), q, csc_array(rows), right, cones, settings).solve()
+    return found.obj_val, str(found.status)
+
+
+def _frames(normal: np.ndarray) -> np.ndarray:
+    """Normal and tangents (n, d, d), as rows."""
+    d = normal.shape[1]
+    if d == 2:
+        return np.stack([normal, np.stack([-normal[:, 1], normal[:, 0]], axis=1)], axis=1)
+    other = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
+    first = np.cross(normal, other)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([normal, first, np.cross(normal, first)], axis=1)
+
+
+def free_motions(posed: Posed) -> np.ndarray:
+    """Rigid motions that A does not resist, (N d, m), orthonormal."""
+    x, d = posed.coordinates, posed.b.shape[1]
+    x = (x - x.mean(axis=0)) / (np.abs(x - x.mean(axis=0)).max() or 1.0)
+    columns = [np.tile(e, (len(x), 1)) for e in np.eye(d)]
+    for a, b in [(0, 1)] if d == 2 else [(0, 1), (1, 2), (2, 0)]:
+        turn = np.zeros_like(x)
+        turn[:, a], turn[:, b] = -x[:, b], x[:, a]
+        columns.append(turn)
+    R = np.linalg.qr(np.stack([c.ravel() for c in columns], axis=1))[0]
+    energy, turned = np.linalg.eigh(R.T @ (posed.A @ R))
+    return R @ turned[:, energy < 1e-10 * posed.A.diagonal().max()]
+
+
+def driven_power(posed: Posed, directions: np.ndarray | None = None) -> float:
+    """Return the most power of the load in a rigid motion that no admissible force of the road resists.
+
+    Of a unit of load, in motions (orthonormal) of size 1: positive where there can be no equilibrium, 0 where
+    the road or the supports may hold the body. On a road that bends `directions` (k, d) are normals that any
+    candidate may meet.
+    """
+    Z = free_motions(posed)
+    m, d = Z.shape[1], posed.b.shape[1]
+    load = Z.T @ posed.b.ravel()
+    size = float(np.linalg.norm(posed.b))
+    if m == 0 or size == 0.0:
+        return 0.0
+    at = Z.reshape(-1, d, m)[posed.nodes]
+    blocks, cones = [], []
+    met = posed.normal[:, None] if directions is None else np.broadcast_to(directions, (len(at), *directions.shape))
+    for motion, normals in zip(at, met):
+        for frame in _frames(normals):
+            local = frame @ motion
+            blocks.append(-np.concatenate([local[:1], posed.mu * local[1:]]) if posed.mu else -local[:1])
+            cones.append(clarabel.SecondOrderConeT(d) if posed.mu else clarabel.NonnegativeConeT(1))
+    blocks += [np.eye(m), -np.eye(m)]
+    cones.append(clarabel.NonnegativeConeT(2 * m))
+    rows = np.concatenate(blocks)
+    right = np.concatenate([np.zeros(len(rows) - 2 * m), np.ones(2 * m)])
+    value, _ = _minimum(csc_array((m, m)), -load / size, csr_array(rows), right, cones)
+    return -value
