@@ -91,26 +91,21 @@ def brought(road: Road, points: np.ndarray, way: np.ndarray, size: float, gap: f
     that far from the road (a hole, walls), they stop as far from it as they can be.
     """
 
-    def lowest(height: float) -> float:
-        return float(road.closest(points + height * way)[0].min())
+    def lowest(heights: np.ndarray) -> np.ndarray:
+        there = points + heights[:, None, None] * way
+        return road.closest(there.reshape(-1, len(way)))[0].reshape(len(heights), -1).min(axis=1)
 
     heights = np.linspace(30.0, -5.0, 141) * size
-    gaps = np.array([lowest(h) for h in heights])
-    below = np.flatnonzero(gaps < gap)
-    free = np.flatnonzero(gaps >= gap)
-    if free.size == 0:
-        best = int(np.argmax(gaps))
-        if gaps[best] < 0.0:
-            raise ValueError("There is no place for the body above this road.")
-        return ShiftedRoad(road, -heights[best] * way)
-    first = below[below > free[0]]
-    if first.size == 0:
-        return ShiftedRoad(road, -heights[free[-1]] * way)
-    high, low = heights[first[0] - 1], heights[first[0]]
-    for _ in range(60):
-        middle = (high + low) / 2
-        high, low = (middle, low) if lowest(middle) >= gap else (high, middle)
-    return ShiftedRoad(road, -high * way)
+    for _ in range(15):
+        far = lowest(heights) >= gap
+        if not far.any():  # as far as can be
+            return ShiftedRoad(road, -heights[np.argmax(lowest(heights))] * way)
+        first = int(np.argmax(far))
+        last = first + int(np.argmin(far[first:]))
+        if far[last]:
+            return ShiftedRoad(road, -heights[-1] * way)
+        heights = np.linspace(heights[last - 1], heights[last], 17)
+    return ShiftedRoad(road, -heights[0] * way)
 
 
 def extruded(road: Road) -> Road:

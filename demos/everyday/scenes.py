@@ -17,6 +17,8 @@ from .roads import CURVED, brought, extruded, plane
 SUPPORTS = ("none", "one node along x", "pinned node", "clamped", "along x", "platen", "driven", "springs")
 LOADS = ("weight", "face", "node", "moment", "weight and moment", "none")
 CORRECTIONS = ("auto", "direct", "algebraic", "multigrid", "none")
+MODERATE = (0.01, 0.05, 0.1, 0.2, 0.3, 0.5)  # coefficients of friction
+STRONG = (0.7, 1.0, 1.5, 2.0)
 SMALL_ENOUGH = 60  # nodes that the plain loop takes on
 
 
@@ -82,7 +84,7 @@ def _words(random: np.random.Generator) -> dict[str, Any]:
     kind = one_of(("static", "load steps", "time step"), (0.6, 0.25, 0.15))
     if shape == "quarter ball" or kind == "time step":
         road = "plane"
-    friction = None if random.random() < 0.4 else one_of((0.0, random.uniform(0.0, 0.5), random.uniform(0.0, 2.0)), (0.1, 0.6, 0.3))
+    friction = one_of((None, 0.0, one_of(MODERATE), one_of(STRONG)), (0.4, 0.05, 0.35, 0.2))
     nested = SHAPES[shape].refinements > 0
     corrections = (0.35, 0.25, 0.2, 0.1, 0.1) if nested else (0.35, 0.3, 0.25, 0.0, 0.1)
     gap = 0.0 if random.random() < 0.4 else 10.0 ** random.uniform(-6.0, 1.0)
