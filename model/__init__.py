@@ -18,6 +18,7 @@ from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.quasistatics.load_stepping import follow
 from model.recording.checkpoint import load_checkpoint, save_checkpoint
+from model.recording.energy_balance import EnergyGrowth
 from model.recording.history import History
 from model.recording.time_loop import march
 from model.recording.wave_resolution import UnresolvedWaves
@@ -34,6 +35,7 @@ __all__ = [
     "ContactProblem",
     "ContactSolver",
     "ContactStabilised",
+    "EnergyGrowth",
     "FrictionLaw",
     "GeneralisedAlpha",
     "History",

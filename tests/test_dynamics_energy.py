@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from bodies_in_motion import NEVER_GAIN, SCHEMES, bouncing_ring, cube, energy, momentum, pressures, steps
 
-from model import CentralDifferences, History, MassRedistribution, Newmark, march
+from forms import Elasticity, Isotropic, Support
+from geometry import Body, Plane, half_ball, rectangle
+from model import CentralDifferences, History, MassRedistribution, MovingBody, Newmark, march
+from model.problem.rigid_modes import rigid_motions
 
 KINETIC = 33.0  # of the ring at the start
 
@@ -97,6 +100,44 @@ def test_redistribution_keeps_mass_centre_and_inertia():
     for u in fields:
         for v in fields:
             assert abs(u @ (M @ v) - u @ (moving.M @ v)) < 1e-13
+
+
+@pytest.mark.parametrize("part", ["half", "quarter"])
+def test_redistribution_on_a_body_cut_by_planes_of_symmetry(part):
+    body = Body.from_grid(half_ball(0.5, part))
+    elasticity = Elasticity(body, Isotropic(1e3, 0.3))
+    support = Support(body).fix("y0", y=0.0)
+    if part == "quarter":
+        support.fix("x0", x=0.0)
+    weight = elasticity.body_force((0.0, 0.0, -10.0))
+    road = Plane((0.0, 0.0, -0.1), (0.0, 0.0, 1.0))
+    moving = MovingBody.from_forms(elasticity, 1.0, weight, road, "sphere", support)
+    scheme = MassRedistribution(moving, 0.01)
+    state = scheme.start()
+    kept = [u for u in np.moveaxis(rigid_motions(moving.coordinates), 2, 0) if not u[moving.prescribed].any()]
+    assert len(kept) == {"half": 3, "quarter": 1}[part]  # along z and, cut once, along x and about y
+    for u in kept:
+        assert u.ravel() @ (scheme.M @ u.ravel()) == pytest.approx(
+            u.ravel() @ (moving.M @ u.ravel()), rel=1e-12
+        )
+    touched, start = 0, energy(scheme, state)
+    for before, after in steps(scheme, state, 40):
+        assert energy(scheme, after) <= energy(scheme, before) + 1e-13
+        touched += after.count
+    assert touched > 10
+    assert energy(scheme, after) > start - 0.02
+
+
+def test_redistribution_on_a_clamped_body():
+    body = Body.from_grid(rectangle(1.0, 1.0, 4, 4))
+    elasticity = Elasticity(body, Isotropic(1e3, 0.3))
+    support = Support(body).fix("top", x=0.0, y=0.0)
+    moving = MovingBody.from_forms(
+        elasticity, 1.0, elasticity.body_force((0.0, -1.0)), Plane((0.0, -1e-3)), "bottom", support
+    )
+    along = np.where(moving.prescribed, 0.0, [0.0, 1.0]).ravel()
+    M = MassRedistribution(moving, 0.01).M
+    assert along @ (M @ along) == pytest.approx(along @ (moving.M @ along), rel=1e-12)
 
 
 def test_in_three_dimensions_too():

@@ -164,17 +164,28 @@ def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed
     nodes : (n,)
         Nodes that shall carry no mass.
     prescribed : (N, d)
-        Unknowns that do not move and so have no part in the moments.
+        Unknowns that do not move.
 
     Returns
     -------
     bsr_array (N d, N d)
-        S M S, of the same total mass, centre and moments of inertia.
+        S M S, of the same mass along each axis, and of the same kinetic energy in every rigid motion that the
+        prescribed unknowns leave to the body: for a free body, of the same centre and moments of inertia.
 
     Raises
     ------
     ValueError
-        If no other node is left, or too few to carry mass, centre and moments of inertia.
+        If no other node is left, or too few to carry all that.
+
+    Examples
+    --------
+    >>> rod = np.diag([2.0, 4.0, 4.0, 2.0]) + np.diag([1.0] * 3, 1) + np.diag([1.0] * 3, -1)  # linear
+    >>> M = bsr_array(np.kron(rod, np.eye(2)), blocksize=(2, 2))
+    >>> x = np.column_stack([np.arange(4.0), np.zeros(4)])
+    >>> held = np.tile([False, True], (4, 1))  # the rod slides along x and does not turn
+    >>> moved = redistributed(M, x, np.array([0]), held).toarray()[::2, ::2]
+    >>> float(moved[0, 0]), round(float(moved.sum()), 12)
+    (0.0, 18.0)
     """
     N, d = coordinates.shape
     if np.unique(nodes).size == N:
@@ -184,20 +195,19 @@ def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed
     layer = dijkstra(graph, unweighted=True, indices=nodes, min_only=True)
     fading = np.where(layer > 0.0, FADING**layer, 0.0)
     shapes = fading[:, None] * _quadratics(coordinates)
-    motions = np.where(prescribed[:, :, None], 0.0, rigid_motions(coordinates)).reshape(N * d, -1)
-    upper = np.triu_indices(motions.shape[1])
-    wanted = (motions.T @ (A @ motions))[upper]
+    motions, kept = _kept_motions(coordinates, prescribed)
+    wanted = (motions.T @ (A @ motions))[kept]
     s = (layer > 0.0).astype(np.float64)
     for _ in range(50):
         scaled = A @ (np.repeat(s, d)[:, None] * motions)
-        missing = wanted - ((np.repeat(s, d)[:, None] * motions).T @ scaled)[upper]
+        missing = wanted - ((np.repeat(s, d)[:, None] * motions).T @ scaled)[kept]
         off = float(np.abs(missing).max() / np.abs(wanted).max())
         if off < 1e-15:
             break
         columns = []
         for shape in shapes.T:
             half = (np.repeat(shape, d)[:, None] * motions).T @ scaled
-            columns.append((half + half.T)[upper])
+            columns.append((half + half.T)[kept])
         s += shapes @ np.linalg.lstsq(np.stack(columns, axis=1), missing)[0]
     if not off < 1e-10:
         raise ValueError(
@@ -207,6 +217,27 @@ def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed
         )
     S = diags_array(np.repeat(s, d))
     return bsr_array(S @ A @ S, blocksize=(d, d))
+
+
+def _kept_motions(coordinates: np.ndarray, prescribed: np.ndarray) -> tuple[np.ndarray, tuple]:
+    """Return motions (N d, d + m), and which of their products (rows, columns) shall keep their mass.
+
+    The translations of what is free along each axis count by themselves, the m rigid motions that vanish at
+    all prescribed unknowns with each other: moments of motions that the supports forbid move nothing.
+    """
+    N, d = coordinates.shape
+    rigid = rigid_motions(coordinates).reshape(N * d, -1)
+    fixed = prescribed.ravel()
+    _, size, ways = np.linalg.svd(rigid[fixed])
+    forbidden = np.count_nonzero(size > 1e-9 * np.sqrt(N))
+    allowed = rigid @ ways[forbidden:].T
+    allowed[fixed] = 0.0  # what rounding has left
+    moving = np.where(fixed[:, None], 0.0, rigid[:, :d])
+    moving = moving[:, moving.any(axis=0)]
+    first, second = np.triu_indices(allowed.shape[1])
+    alone, shift = np.arange(moving.shape[1]), moving.shape[1]
+    kept = np.concatenate([alone, first + shift]), np.concatenate([alone, second + shift])
+    return np.hstack([moving, allowed]), kept
 
 
 def _quadratics(coordinates: np.ndarray) -> np.ndarray:

@@ -8,11 +8,21 @@ is what the integrator itself adds in a step: the road is rigid and at rest, so 
 work. What a scheme's closed form says of its own gain is kept beside it.
 """
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
+from model.dynamics.central_differences import CentralDifferences
+from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator
+
+GROWTH = 0.03  # of the energy at work: what an integrator may add before it is said
+UNEXPLAINED = 1e-6  # of the same: what it may add beyond its own identity, which holds to rounding
+
+
+class EnergyGrowth(UserWarning):
+    """The integrator adds energy."""
 
 
 @dataclass
@@ -91,6 +101,11 @@ class Ledger:
         self.entry = entry
         return entry
 
+    def skip(self, after: State) -> None:
+        """Note what the step to `after` dissipated and nothing else, where loads do not change."""
+        self.entry.damping -= after.work.damping
+        self.entry.friction -= after.work.friction
+
     def _opening(self, state: State) -> Entry:
         body = self.integrator.body
         momenta = (self.integrator.M @ state.velocity.ravel()).reshape(state.velocity.shape)
@@ -111,3 +126,63 @@ def energies(integrator: TimeIntegrator, state: State) -> tuple[float, float, fl
 def total_energy(integrator: TimeIntegrator, state: State) -> float:
     """Their sum."""
     return sum(energies(integrator, state))
+
+
+class GrowthWatch:
+    """Says once when an integrator has added more than a few per cent to the energy of a run.
+
+    Or more than its own identity allows, where it has one. The energy at work is what the body began with,
+    what its weight has given it and what changing loads have put in.
+
+    Parameters
+    ----------
+    integrator : TimeIntegrator
+    entry : Entry
+        Of the start of the run.
+    """
+
+    def __init__(self, integrator: TimeIntegrator, entry: Entry):
+        self.integrator, self.start = integrator, entry
+        self.fallen, self.driven = 0.0, 0.0
+        self.warned = False
+
+    def look(self, entry: Entry, time: float, explained: float = np.nan) -> None:
+        """Warn if too much has been added.
+
+        Parameters
+        ----------
+        entry : Entry
+            Of the time reached.
+        time : float
+        explained : float
+            What the integrator's identity says of all steps so far; NaN where there is none.
+
+        Warns
+        -----
+        EnergyGrowth
+            Once, with the numbers and what to do.
+        """
+        start = self.start
+        self.fallen = max(self.fallen, start.potential - entry.potential)
+        self.driven = max(self.driven, abs(entry.load_work))
+        at_work = start.kinetic + start.strain + self.fallen + self.driven
+        added = entry.total - start.total
+        unexplained = abs(added - explained) if np.isfinite(explained) else 0.0
+        if not self.warned and (added > GROWTH * at_work > 0.0 or unexplained > UNEXPLAINED * at_work > 0.0):
+            self.warned = True
+            warnings.warn(self._words(added, unexplained, at_work, time), EnergyGrowth, stacklevel=3)
+
+    def _words(self, added: float, unexplained: float, at_work: float, time: float) -> str:
+        integrator = self.integrator
+        words = (
+            f"{integrator.name} with dt = {integrator.dt:.3g} has added {added:.3g} to an energy of "
+            f"{at_work:.3g} by time {time:.4g} ({100.0 * added / at_work:.2g} %)"
+        )
+        if unexplained > UNEXPLAINED * at_work:
+            return f"{words}, {unexplained:.2g} of it beyond its own identity: ask for a smaller tolerance."
+        if isinstance(integrator, Midpoint | CentralDifferences):
+            return f"{words}: take smaller steps."
+        return (
+            f"{words}, by contacts that open and close within a step: take ContactStabilised or "
+            "MassRedistribution, which never gain energy in contact."
+        )

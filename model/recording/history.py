@@ -11,7 +11,7 @@ from model.atomic_file import write_aside
 from model.dynamics.time_integrator import State, TimeIntegrator
 from model.node_loop.status import Status
 from model.recording.contact_events import Event, events
-from model.recording.energy_balance import Entry, Ledger
+from model.recording.energy_balance import Entry, GrowthWatch, Ledger
 from model.recording.wave_resolution import Resolution
 
 AXES = "xyz"
@@ -62,6 +62,8 @@ class History:
         self.events: list[Event] = []
         self.resolution = Resolution(integrator)
         self.ledger = Ledger(integrator, state)
+        self.watch = GrowthWatch(integrator, self.ledger.entry)
+        self._explained = 0.0
         self._looked = 0
         self._file: Any = None
         self.path = None if path is None else Path(path)
@@ -78,6 +80,8 @@ class History:
     def record(self, before: State, after: State) -> None:
         """Take down a step."""
         entry = self.ledger.close(before, after)
+        self._explained += entry.numerical
+        self.watch.look(entry, after.time, self._explained)
         self.events += events(self.integrator, before, after)
         self._add(list(self._row(after, entry).values()))
         if after.count:
@@ -155,11 +159,17 @@ class History:
         self.events = [Event(*event) for event in zip(*kinds)]
         self.resolution.fewest, self.resolution.at = map(float, arrays["resolution"][:2])
         self._looked = int(arrays["resolution"][2])
-        last = dict(zip(self.columns, self.rows[-1]))
-        names = [name for name in Entry.__dataclass_fields__ if name != "momentum"]
-        momentum = np.array([last[f"momentum_{a}"] for a in AXES[: self.integrator.body.dim]])
-        self.ledger.entry = Entry(**{name: last[name] for name in names}, momentum=momentum)
+        self.ledger.entry = self._entry(-1)
+        self.watch = GrowthWatch(self.integrator, self._entry(0))
+        self._explained = float(self["numerical"].sum())
         self._stream()
+
+    def _entry(self, number: int) -> Entry:
+        """The ledger's entry in a row."""
+        row = dict(zip(self.columns, self.rows[number]))
+        names = [name for name in Entry.__dataclass_fields__ if name != "momentum"]
+        momentum = np.array([row[f"momentum_{a}"] for a in AXES[: self.integrator.body.dim]])
+        return Entry(**{name: row[name] for name in names}, momentum=momentum)
 
     def _row(self, state: State, entry: Entry) -> dict[str, float]:
         loop, dim = self.integrator.solvers["step"].loop, self.integrator.body.dim

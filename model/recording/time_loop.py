@@ -7,7 +7,8 @@ from tqdm import tqdm
 
 from model.dynamics.time_integrator import State, TimeIntegrator
 from model.recording.checkpoint import save_checkpoint
-from model.recording.history import History
+from model.recording.energy_balance import GrowthWatch, Ledger
+from model.recording.history import LOOK, History
 
 
 def march(
@@ -43,7 +44,15 @@ def march(
     Yields
     ------
     State
+
+    Warns
+    -----
+    EnergyGrowth
+        Once, if the integrator has added more than a few per cent to the energy; without a history, where
+        loads do not change.
     """
+    ledger = Ledger(integrator, state) if history is None and not callable(integrator.body.load) else None
+    watch = None if ledger is None else GrowthWatch(integrator, ledger.entry)
     bar = tqdm(
         total=steps,
         desc=integrator.name,
@@ -57,6 +66,11 @@ def march(
             before, state = state, integrator.step(state)
             if history is not None:
                 history.record(before, state)
+            elif ledger is not None and watch is not None:
+                if number % LOOK:
+                    ledger.skip(state)
+                else:
+                    watch.look(ledger.close(before, state), state.time)
             bar.set_postfix_str(f"{state.count} in contact", refresh=False)
             bar.update()
             yield state

@@ -53,7 +53,7 @@ class Resolution:
         whole = float(state.velocity.ravel() @ (integrator.M @ state.velocity.ravel()))
         if not kinetic > WORTH * whole:
             return np.inf
-        omega = np.sqrt(float(v.ravel() @ (integrator.body.K @ v.ravel())) / kinetic)
+        omega = np.sqrt(max(float(v.ravel() @ (integrator.body.K @ v.ravel())), 0.0) / kinetic)
         steps = float(2.0 * np.pi / (omega * integrator.dt)) if omega > 0.0 else np.inf
         if steps < self.fewest:
             self.fewest, self.at = steps, state.time

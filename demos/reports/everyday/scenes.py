@@ -98,7 +98,11 @@ def _words(random: np.random.Generator) -> dict[str, Any]:
         "support": one_of(SUPPORTS, (0.3, 0.15, 0.1, 0.1, 0.1, 0.1, 0.05, 0.1)),
         "load": one_of(LOADS, (0.3, 0.3, 0.15, 0.1, 0.1, 0.05)),
         "strength": 10.0 ** random.uniform(-8.0, 3.0),
-        "slant": 0.0 if random.random() < 0.5 else float(random.uniform(-1.0, 1.0)) if random.random() < 0.8 else float(random.uniform(-np.pi, np.pi)),
+        "slant": 0.0
+        if random.random() < 0.5
+        else float(random.uniform(-1.0, 1.0))
+        if random.random() < 0.8
+        else float(random.uniform(-np.pi, np.pi)),
         "gap": gap,
         "kind": kind,
         "correction": one_of(CORRECTIONS, corrections),
@@ -116,8 +120,10 @@ def _built(number: int, words: dict[str, Any], random: np.random.Generator) -> S
     """Build what the words say."""
     shape, size = SHAPES[words["shape"]], words["size"]
     elasticity, K, _ = elastic(words["shape"], words["E"], words["nu"], size)
-    body, dim = elasticity.body, elasticity.body.dim
-    names = [shape.touching[0]] if words["road"] == "plane" and random.random() < 0.5 else list(shape.touching)
+    body, _dim = elasticity.body, elasticity.body.dim
+    names = (
+        [shape.touching[0]] if words["road"] == "plane" and random.random() < 0.5 else list(shape.touching)
+    )
     candidates = np.unique(np.concatenate([body.nodes(name) for name in names]))
     road = _road(words, body, candidates, random)
     support, K = _support(words, elasticity, K, random)
@@ -149,13 +155,17 @@ def _road(words: dict[str, Any], body: Body, candidates: np.ndarray, random: np.
     return brought(road, points, way, size, gap)
 
 
-def _support(words: dict[str, Any], elasticity: Elasticity, K: bsr_array, random: np.random.Generator) -> tuple[Support, bsr_array]:
+def _support(
+    words: dict[str, Any], elasticity: Elasticity, K: bsr_array, random: np.random.Generator
+) -> tuple[Support, bsr_array]:
     """The supports, and the stiffness with springs in it."""
     body, dim, size = elasticity.body, elasticity.body.dim, words["size"]
     shape = SHAPES[words["shape"]]
     held = body.nodes(shape.held)
     support, kind = Support(body), words["support"]
-    middle = int(held[np.argmin(np.sum((body.coordinates[held] - body.coordinates[held].mean(axis=0)) ** 2, axis=1))])
+    middle = int(
+        held[np.argmin(np.sum((body.coordinates[held] - body.coordinates[held].mean(axis=0)) ** 2, axis=1))]
+    )
     level = {"x": 0.0} if dim == 2 else {"x": 0.0, "y": 0.0}
     upright = "xyz"[dim - 1]
     if shape.symmetric:

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from model import ContactSolver, MovingBody, NotConverged, follow
 from geometry import MovingRoad
+from model import ContactSolver, MovingBody, NotConverged, follow
 from model.dynamics.schemes import IMPLICIT
 from model.quasistatics.curved_contact import CurvedContact
 
-from .judge import DRIVEN, Answer, Posed, complaints, driven_power
+from .judge import DRIVEN, EPS, Answer, Posed, complaints, driven_power
 from .scenes import SMALL_ENOUGH, Scene, elastic
 
 OUTCOMES = ("solved", "wrong", "refused, confirmed", "refused wrongly", "not converged")
@@ -166,6 +166,7 @@ def _on_planes(scene: Scene, contact: Any, solution: Any, **options: Any) -> Pos
     touching = solution.gap == 0.0
     posed.normal = np.where(touching[:, None], contact.normal, normal)
     posed.gap = np.where(touching, 0.0, gap) - np.einsum("ca,ca->c", u, posed.normal)
+    posed.rounding = 16 * EPS * (np.abs(u).max() + np.abs(scene.pressed.points).max())
     posed.off_road = _normal_is_the_roads(scene, contact, solution)
     return posed
 
@@ -227,7 +228,14 @@ def _in_time(scene: Scene) -> tuple[list, Any]:
     M = scene.support.apply(M, np.zeros_like(scene.load)).A
     problem = pressed.problem
     body = MovingBody(
-        M, problem.A, problem.b, problem.coordinates, problem.contact_nodes, scene.road, None, words["friction"]
+        M,
+        problem.A,
+        problem.b,
+        problem.coordinates,
+        problem.contact_nodes,
+        scene.road,
+        None,
+        words["friction"],
     )
     wave = np.sqrt(words["E"])
     dt = words["size"] / wave * 10.0 ** random.uniform(-3.0, 1.0)
@@ -250,6 +258,7 @@ def _in_time(scene: Scene) -> tuple[list, Any]:
             gap,
             problem.friction_coefficient,
             -moved[body.contact_nodes],
+            rounding=16 * EPS * (np.abs(before.displacement).max() + body.size),
         )
         pairs.append((posed, Answer(touch.increment, touch.force, touch.gap)))
     return pairs, state

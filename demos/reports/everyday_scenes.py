@@ -1,0 +1,95 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: py:percent
+# ---
+
+# %% [markdown]
+# # Everyday scenes: does the solver always arrive?
+#
+# Scenes as a stranger would build them, with everything drawn at random: a body, its supports, its loads
+# from a hundred millionth to a thousand times that of a contact of a tenth of the size, a road of any shape at
+# a distance of 0 to 10 sizes, friction, a correction; at once, in load steps, or in steps of time. A judge that
+# shares no code with the solvers looks at each: the optimality conditions in long double, and a conic solver
+# (Clarabel) on the same matrices. Every scene ends as one of
+#
+# - **solved**: the judge agrees;
+# - **wrong**: it does not;
+# - **refused, confirmed**: a rigid motion that nothing stops is driven by the load, and the judge finds it too;
+# - **refused wrongly**: it finds none;
+# - **not converged**: the solver says so itself.
+#
+# The scenes are in the folder `everyday`. A run that was stopped goes on where it was.
+
+# %%
+import os
+from collections import Counter
+from multiprocessing import current_process
+
+import numpy as np
+from everyday import outcomes
+from harness.scene import Scene
+from tabulate import tabulate
+
+BAD = ("wrong", "refused wrongly", "not converged")
+KINDS = {
+    "frictionless, flat": lambda one: not one["friction"] and not one["curved"],
+    "frictionless, curved": lambda one: not one["friction"] and one["curved"],
+    "mu to 0.5, flat": lambda one: 0.0 < one["friction"] <= 0.5 and not one["curved"],
+    "mu to 0.5, curved": lambda one: 0.0 < one["friction"] <= 0.5 and one["curved"],
+    "mu beyond 0.5": lambda one: one["friction"] > 0.5,
+}
+
+
+# %%
+def report() -> None:
+    scene = Scene(
+        "everyday_scenes", "Everyday scenes at random: solved, refused or wrong, by an independent judge."
+    )
+    scene.built("M", "K")
+    scene.left_out("C")
+    found = outcomes(
+        range(300 if scene.quick else 10_000),
+        min(2, os.cpu_count() or 1),
+        scene.out / "outcomes.jsonl",
+        scene.progress,
+    )
+
+    rows = []
+    for name, belongs in KINDS.items():
+        some = [one for one in found if belongs(one)]
+        count = Counter(one["outcome"] for one in some)
+        rows.append([name, len(some), *(count[o] for o in ("solved", "refused, confirmed", *BAD))])
+        for outcome in BAD:
+            scene.result(f"{outcome}[{name}]", count[outcome], "1", 0.0)
+        scene.result(f"scenes[{name}]", len(some), "1")
+    print(tabulate(rows, ["scenes", "number", "solved", "refused, confirmed", *BAD]))
+    for one in found:
+        if one["outcome"] in BAD:
+            print(f"{one['outcome']}: {one['scene']}: {one['said']}")
+
+    solved = [one for one in found if one["outcome"] == "solved"]
+    for key, words in (("steps", "Newton or pivot steps"), ("cycles", "corrections")):
+        counts = np.array([one[key] for one in solved if not one["curved"] and one["kind"] == "static"])
+        scene.result(f"median {key}", float(np.median(counts)), "1", None, f"{words} of a flat static scene")
+        scene.result(
+            f"most {key}",
+            float(counts.max()),
+            "1",
+            30.0 if key == "steps" else None,
+            bound="at most" if key == "steps" else None,
+        )
+    scene.finish(
+        dofs=int(sum(one["unknowns"] for one in found)),
+        contact_candidates=0,
+        sweeps=0,
+        cycles=int(sum(one["cycles"] for one in found)),
+        work_units=0,
+        solve_seconds=sum(one["seconds"] for one in found),
+        residual=1e-10,
+    )
+
+
+# %%
+if current_process().name == "MainProcess":  # the others only import what they need
+    report()

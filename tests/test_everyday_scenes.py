@@ -1,0 +1,83 @@
+"""Everyday scenes drawn at random, and the judge that looks at them."""
+
+import numpy as np
+import pytest
+from everyday.judge import Answer, Posed, complaints, driven_power
+from everyday.run import outcomes
+from everyday.scenes import drawn
+from scipy.sparse import csr_array
+
+
+def column(load, mu, gap=0.0):
+    """Three nodes one above the other, springs of 1 along x and y from each to the next, the last to a wall."""
+    A = np.kron([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], np.eye(2))
+    b = np.zeros((3, 2))
+    b[0] = load
+    nodes = np.array([0])
+    up, rest = np.array([[0.0, 1.0]]), np.zeros((1, 2))
+    x = np.column_stack([np.zeros(3), np.arange(3.0)])
+    return Posed(csr_array(A), b, x, nodes, up, np.array([gap]), mu, rest)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.5, 2.0])
+def test_the_judge_knows_right_from_wrong(mu):
+    posed = column((1.0, -1.0), mu)
+    tau = min(mu, 1.0)  # what friction bears; the springs in a row, of stiffness 1/3, bear the rest
+    u = np.zeros((3, 2))
+    u[:, 0] = (1.0 - tau) * np.array([3.0, 2.0, 1.0])
+    right = Answer(u, np.array([[-tau, 1.0]]), np.zeros(1))
+    assert complaints(posed, right) == []
+    for wrong in (
+        Answer(u, 1.001 * right.force, right.gap),
+        Answer(u + [0.0, 1e-6], right.force, right.gap),
+        Answer(u, right.force, np.array([1e-6])),
+        Answer(np.zeros_like(u), np.array([[0.0, 0.0]]), right.gap),
+        Answer(u * [np.nan, 1.0], right.force, right.gap),
+    ):
+        assert complaints(posed, wrong) != []
+    assert complaints(column((1.0, 1.0), mu), right) != []
+
+
+def test_the_judge_minds_slip_and_cone():
+    posed = column((1.0, -1.0), 0.5)
+    sticks = Answer(np.zeros((3, 2)), np.array([[-1.0, 1.0]]), np.zeros(1))
+    assert any("cone" in words for words in complaints(posed, sticks))
+    u = np.zeros((3, 2))
+    u[:, 0] = 1.2 * np.array([3.0, 2.0, 1.0])
+    pushed = Answer(u, np.array([[0.2, 1.0]]), np.zeros(1))
+    assert any("slip" in words for words in complaints(posed, pushed))
+
+
+@pytest.mark.parametrize("tilt", [-1.0, 0.0, 0.3])
+@pytest.mark.parametrize("mu", [0.0, 0.2, 2.0])
+def test_the_judge_finds_the_motion_that_nothing_stops(tilt, mu):
+    # a stiff triangle on a slope slides if tan(tilt) > mu
+    pairs = [(0, 1), (1, 2), (2, 0)]
+    x = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 1.0]])
+    A = np.zeros((6, 6))
+    for i, j in pairs:
+        way = (x[i] - x[j]) / np.linalg.norm(x[i] - x[j])
+        along = np.zeros(6)
+        along[2 * i : 2 * i + 2], along[2 * j : 2 * j + 2] = way, -way
+        A += np.outer(along, along)
+    weight = np.tile([np.sin(tilt), -np.cos(tilt)], (3, 1))
+    up = np.tile([0.0, 1.0], (2, 1))
+    posed = Posed(csr_array(A), weight, x, np.array([0, 1]), up, np.zeros(2), mu, np.zeros((2, 2)))
+    slides = abs(np.tan(tilt)) > mu
+    tips = abs(np.tan(tilt)) > 1.5  # its centre is 1/3 high, its feet 1/2 to either side
+    assert (driven_power(posed) > 1e-7) == (slides or tips)
+
+
+def test_a_number_draws_the_same_scene():
+    one, other = drawn(7), drawn(7)
+    assert str(one) == str(other)
+    assert np.array_equal(one.pressed.problem.b, other.pressed.problem.b)
+    assert np.array_equal(one.pressed.problem.gap, other.pressed.problem.gap)
+
+
+def test_outcomes_are_kept_and_not_computed_again(tmp_path):
+    kept = tmp_path / "outcomes.jsonl"
+    first = outcomes([0, 5], kept=kept)
+    kept.write_text(kept.read_text() + '{"number": 9, "outc')  # a run that was killed while it wrote
+    assert outcomes([5, 0], kept=kept) == first[::-1]
+    assert len(kept.read_text().splitlines()) == 2
