@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 
 
 def column(load, mu, gap=0.0):
-    """Three nodes one above the other, springs of 1 along x and y from each to the next, the last to a wall."""
+    """Three nodes one above the other, springs of 1 from each to the next and from the last to a wall."""
     A = np.kron([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], np.eye(2))
     b = np.zeros((3, 2))
     b[0] = load
