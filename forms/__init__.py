@@ -2,6 +2,7 @@
 
 from forms.elasticity import Elasticity
 from forms.material import Anisotropic, Isotropic
-from forms.support import Support, System
+from forms.support import Support
+from forms.system import System, assemble
 
-__all__ = ["Anisotropic", "Elasticity", "Isotropic", "Support", "System"]
+__all__ = ["Anisotropic", "Elasticity", "Isotropic", "Support", "System", "assemble"]

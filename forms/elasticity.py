@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
@@ -14,9 +13,11 @@ from geometry import Body, compat
 
 import ufl  # isort: skip
 from dolfinx import fem  # isort: skip
-from dolfinx import mesh as dolfinx_mesh  # isort: skip
 
+from forms import assembly
 from forms.material import Anisotropic, Isotropic, check_kinematics
+from forms.support import Support
+from forms.system import System, boundary_measure, shape_gradients
 
 Material = Isotropic | Anisotropic
 
@@ -24,7 +25,6 @@ Material = Isotropic | Anisotropic
 # (mass).
 STIFFNESS_DEGREE = {"triangle": 0, "tetrahedron": 0, "quadrilateral": 2, "hexahedron": 2}
 MASS_DEGREE = {"triangle": 2, "tetrahedron": 2, "quadrilateral": 3, "hexahedron": 4}
-FACET_DEGREE = 3
 VOLUME_DEGREE = 2
 
 
@@ -62,9 +62,42 @@ class Elasticity:
             raise ValueError(f"A mean dilatation is for quadrilaterals and hexahedra, not {body.cell}s.")
         self.body, self.kinematics, self.mean_dilatation = body, kinematics, mean_dilatation
         self.regions, self.materials, self.material_of = _materials(body, material)
-        self.V = fem.functionspace(body.mesh, compat.lagrange(body.cell, (body.dim,)))
-        if not np.array_equal(self.V.dofmap.list, body.cells):
-            raise RuntimeError("dolfinx numbers degrees of freedom and nodes differently on this mesh.")
+        self.V = body.space
+
+    def system(
+        self,
+        load: np.ndarray | Callable[[float], np.ndarray],
+        support: Support | None = None,
+        density: float | Mapping[str, float] | None = None,
+        damping: tuple[float, float] | None = None,
+    ) -> System:
+        """Return what `forms.assemble` returns for forms of one's own: matrices and loads with the supports.
+
+        Parameters
+        ----------
+        load : (N, dim) nodal forces, or a function of the time (or load parameter) that returns them
+        support : default none
+        density : mass per volume, for motion
+        damping : (alpha, beta) of Rayleigh's damping, for motion
+
+        Examples
+        --------
+        >>> from forms import Support
+        >>> from geometry import Body, rectangle
+        >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e3, nu=0.3))
+        >>> support = Support(elasticity.body).fix("left", x=0.0)
+        >>> system = elasticity.system(elasticity.total_force("top", (0.0, -1.0)), support)
+        >>> float(system.load.sum())
+        -1.0
+        """
+        support = Support(self.body) if support is None else support
+        mass = None if density is None else self.mass(density)
+        C = None
+        if damping is not None:
+            if density is None:
+                raise ValueError("Damping is for motion; give the density too.")
+            C = self.damping(*damping, density)
+        return support.apply(self.stiffness(), load, mass, C, stress=self.stress)
 
     def stiffness(self) -> sparse.bsr_array:
         """Return K, (N dim, N dim) in dim x dim blocks: integral of strain(v) . C strain(u)."""
@@ -72,19 +105,23 @@ class Elasticity:
         C = np.array([material.matrix(self.kinematics) for material in self.materials])
         dx = self._dx(STIFFNESS_DEGREE[self.body.cell])
         if not self.mean_dilatation:
-            return sparse.bsr_array(self._matrix(ufl.inner(self._coefficient(C) * _voigt(v), _voigt(u)) * dx))
+            return sparse.bsr_array(
+                assembly.matrix(ufl.inner(self._coefficient(C) * _voigt(v), _voigt(u)) * dx)
+            )
         # The largest bulk modulus that leaves the rest positive semidefinite: Hooke's own if isotropic.
         trace = np.repeat([1.0, 0.0], [self.body.dim, C.shape[1] - self.body.dim])
         bulk = 1 / (np.linalg.inv(C) @ trace @ trace)
         rest = self._coefficient(C - bulk[:, None, None] * np.outer(trace, trace))
-        K = self._matrix(ufl.inner(rest * _voigt(v), _voigt(u)) * dx)
+        K = assembly.matrix(ufl.inner(rest * _voigt(v), _voigt(u)) * dx)
         return sparse.bsr_array(K + self._volumetric_stiffness(bulk[self.material_of]))
 
     def mass(self, density: float | Mapping[str, float]) -> sparse.bsr_array:
         """Return M, (N dim, N dim): integral of density v . u, consistent."""
         u, v = ufl.TrialFunction(self.V), ufl.TestFunction(self.V)
         rho = self._coefficient(self._densities(density))
-        return sparse.bsr_array(self._matrix(rho * ufl.inner(v, u) * self._dx(MASS_DEGREE[self.body.cell])))
+        return sparse.bsr_array(
+            assembly.matrix(rho * ufl.inner(v, u) * self._dx(MASS_DEGREE[self.body.cell]))
+        )
 
     def damping(self, alpha: float, beta: float, density: float | Mapping[str, float]) -> sparse.bsr_array:
         """Return Rayleigh's C = alpha M + beta K; alpha (1/time) and beta (time) must not be negative."""
@@ -96,12 +133,14 @@ class Elasticity:
     def body_force(self, vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a force per volume, say density times gravity."""
         force = fem.Constant(self.body.mesh, self._vector(vector, "body force"))
-        return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._dx(MASS_DEGREE[self.body.cell]))
+        return assembly.vector(
+            ufl.inner(force, ufl.TestFunction(self.V)) * self._dx(MASS_DEGREE[self.body.cell])
+        )
 
     def traction(self, name: str | Sequence[str], vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a force per area (in the plane, per length) on a boundary."""
         force = fem.Constant(self.body.mesh, self._vector(vector, "traction"))
-        return self._load(ufl.inner(force, ufl.TestFunction(self.V)) * self._ds(name))
+        return assembly.vector(ufl.inner(force, ufl.TestFunction(self.V)) * self._ds(name))
 
     def total_force(self, name: str | Sequence[str], vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a uniform traction on `name` whose sum is `vector`."""
@@ -112,9 +151,9 @@ class Elasticity:
     def boundary_mass(self, name: str | Sequence[str]) -> sparse.csr_array:
         """Return (N, N), the integral of v u over the boundary `name`, for pressures from nodal forces."""
         u, v = ufl.TrialFunction(self._scalar_space), ufl.TestFunction(self._scalar_space)
-        matrix = sparse.csr_array(self._matrix(v * u * self._ds(name)))
-        matrix.eliminate_zeros()
-        return matrix
+        M = sparse.csr_array(assembly.matrix(v * u * self._ds(name)))
+        M.eliminate_zeros()
+        return M
 
     def stress(self, u: np.ndarray) -> np.ndarray:
         """Return the stress at the middle of each cell, (cells, 3, 3), in dolfinx's order, with sigma_zz.
@@ -154,16 +193,7 @@ class Elasticity:
 
     @cached_property
     def _gradients(self) -> np.ndarray:
-        """Gradients of the shape functions at the middle of each cell, (cells, k, dim)."""
-        body, dim = self.body, self.body.dim
-        reference: np.ndarray
-        if body.cell in ("triangle", "tetrahedron"):
-            reference = np.vstack([-np.ones(dim), np.eye(dim)])
-        else:
-            corners = np.arange(2**dim)[:, None] >> np.arange(dim) & 1
-            reference = (2 * corners - 1) * 0.5 ** (dim - 1)
-        jacobian = np.einsum("cki,kj->cij", body.coordinates[body.cells], reference)
-        return np.einsum("kj,cji->cki", reference, np.linalg.inv(jacobian))
+        return shape_gradients(self.body.coordinates[self.body.cells])
 
     def _volumetric_stiffness(self, bulk: np.ndarray) -> sparse.bsr_array:
         """Return B^T (bulk / volume) B, the stiffness against the mean dilatation of each cell.
@@ -173,7 +203,7 @@ class Elasticity:
         mesh, cells, dim = self.body.mesh, self.body.cells, self.body.dim
         apart, constant = fem.functionspace(mesh, ("DG", 1, (dim,))), fem.functionspace(mesh, ("DG", 0))
         dx = self._dx(VOLUME_DEGREE)
-        divergence = self._load(ufl.div(ufl.TestFunction(apart)) * dx)[apart.dofmap.list]
+        divergence = assembly.vector(ufl.div(ufl.TestFunction(apart)) * dx)[apart.dofmap.list]
         volume = fem.assemble_vector(fem.form(ufl.TestFunction(constant) * dx)).array
         columns = cells[:, :, None] * dim + np.arange(dim)
         rows = np.arange(len(cells) + 1) * cells.shape[1] * dim
@@ -217,20 +247,7 @@ class Elasticity:
         return ufl.dx(metadata={"quadrature_degree": degree})
 
     def _ds(self, name: str | Sequence[str]) -> ufl.Measure:
-        """Measure on a boundary or several, always under tag 1 so that all share compiled forms."""
-        tags = self.body.facet_indices(name)
-        mesh = self.body.mesh
-        here = dolfinx_mesh.meshtags(mesh, self.body.dim - 1, tags, np.ones(len(tags), dtype=np.int32))
-        return ufl.Measure("ds", mesh, subdomain_data=here, metadata={"quadrature_degree": FACET_DEGREE})(1)
-
-    def _matrix(self, form: ufl.Form) -> Any:
-        """Assemble; blocked if the space is."""
-        matrix = fem.assemble_matrix(fem.form(form))
-        matrix.scatter_reverse()
-        return matrix.to_scipy().copy()
-
-    def _load(self, form: ufl.Form) -> np.ndarray:
-        return fem.assemble_vector(fem.form(form)).array.reshape(-1, self.body.dim).copy()
+        return boundary_measure(self.body.mesh, self.body.facet_indices(name))
 
 
 def _voigt(u):

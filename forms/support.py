@@ -2,73 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
 
+from forms.system import System, check_load, constrained
 from geometry import Body
 from geometry.body import narrow
 
-
-@dataclass
-class System:
-    """Matrix and load after the supports.
-
-    Attributes
-    ----------
-    A : (R dim, R dim) in dim x dim blocks. A prescribed unknown keeps its place as a row and column with a
-        lone diagonal entry, its effect moved to the load.
-    load : (R, dim)
-    coordinates : (R, dim); of a platen, the mean of its nodes
-    node_of : (N,) the node of the system that each node of the body has become
-    prolongations : between the meshes, finest first, with platens as one node on each; to be truncated at
-        prescribed unknowns by the solver
-    fixed : (R, dim) which unknowns are prescribed
-    """
-
-    A: sparse.bsr_array
-    load: np.ndarray
-    coordinates: np.ndarray
-    node_of: np.ndarray
-    prolongations: list[sparse.csr_array]
-    fixed: np.ndarray
-
-    def expand(self, u: np.ndarray) -> np.ndarray:
-        """Return displacements (N, dim) of the body's nodes from those of the system (R, dim)."""
-        return np.asarray(u)[self.node_of]
-
-    def reduce(self, load: np.ndarray) -> np.ndarray:
-        """Return forces (R, dim) on the system from forces (N, dim) on the body; a platen has their sum."""
-        reduced = np.zeros((len(self.coordinates), load.shape[1]))
-        np.add.at(reduced, self.node_of, load)
-        return reduced
+Value = float | Callable[[float], float]
 
 
 class Support:
     """Supports of a body, collected one by one and applied at once.
 
-    >>> system = Support(body).fix("left", x=0.0).platen("top").apply(K, load)  # doctest: +SKIP
+    Prescribed displacements are numbers, or functions of the time (or load parameter) that return one.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, rectangle
+    >>> body = Body.from_grid(rectangle(2.0, 1.0, 4, 2))
+    >>> elasticity = Elasticity(body, Isotropic(E=1e3, nu=0.3))
+    >>> support = Support(body).fix("left", x=0.0).platen("top").fix("top", y=lambda t: -0.01 * t)
+    >>> system = support.apply(elasticity.stiffness(), elasticity.body_force((0.0, 0.0)))
+    >>> system.A.shape, system.varies
+    ((22, 22), True)
     """
 
     def __init__(self, body: Body):
         self.body = body
         self.value = np.full(body.coordinates.shape, np.nan)
+        self.moving: list[tuple[np.ndarray, int, Callable[[float], float], str]] = []
         self.platens: list[np.ndarray] = []
 
     def fix(
         self,
         name: str | Sequence[str],
-        x: float | None = None,
-        y: float | None = None,
-        z: float | None = None,
+        x: Value | None = None,
+        y: Value | None = None,
+        z: Value | None = None,
     ) -> Support:
         """Prescribe components of the displacement on boundaries; components left out stay free."""
         return self._prescribe(self.body.nodes(name), (x, y, z), f"on {name!r}")
 
     def fix_node(
-        self, index: int, x: float | None = None, y: float | None = None, z: float | None = None
+        self, index: int, x: Value | None = None, y: Value | None = None, z: Value | None = None
     ) -> Support:
         """Prescribe components of the displacement of one node."""
         if not 0 <= index < len(self.value):
@@ -86,13 +67,21 @@ class Support:
         self.platens.append(nodes)
         return self
 
-    def apply(self, A: sparse.bsr_array, load: np.ndarray) -> System:
+    def apply(
+        self,
+        A: sparse.bsr_array,
+        load: np.ndarray | Callable[[float], np.ndarray],
+        mass: sparse.bsr_array | None = None,
+        damping: sparse.bsr_array | None = None,
+        stress: Callable[[np.ndarray], np.ndarray] | None = None,
+    ) -> System:
         """Return the system with these supports.
 
         Parameters
         ----------
-        A : (N dim, N dim), symmetric, in dim x dim blocks
-        load : (N, dim) nodal forces
+        A, mass, damping : (N dim, N dim), symmetric, in dim x dim blocks
+        load : (N, dim) nodal forces, or a function of the time (or load parameter) that returns them
+        stress : of displacements (N, dim), for output; see `forms.Elasticity.system`
 
         Raises
         ------
@@ -101,30 +90,36 @@ class Support:
             displacements.
         """
         N, dim = self.body.coordinates.shape
-        load = np.asarray(load, dtype=float)
-        if A.shape != (N * dim, N * dim) or load.shape != (N, dim):
-            raise ValueError(
-                f"The matrix is {A.shape} and the load {load.shape}; this body of {N} nodes needs "
-                f"({N * dim}, {N * dim}) and ({N}, {dim})."
-            )
-        A = sparse.bsr_array(A, blocksize=(dim, dim))
-        if not (np.isfinite(A.data).all() and np.isfinite(load).all()):
-            raise ValueError("The matrix or the load has entries that are not finite numbers.")
+        first = np.asarray(load(0.0) if callable(load) else load, dtype=float)
+        for matrix in (A, mass, damping):
+            if matrix is not None and (matrix.shape != (N * dim, N * dim) or first.shape != (N, dim)):
+                raise ValueError(
+                    f"The matrix is {matrix.shape} and the load {first.shape}; this body of {N} nodes needs "
+                    f"({N * dim}, {N * dim}) and ({N}, {dim})."
+                )
+            if matrix is not None and not np.isfinite(matrix.data).all():
+                raise ValueError("The matrix has entries that are not finite numbers.")
         node_of, chosen = _collapse(N, self.platens)
-        R = len(chosen)
-        value = self._reduced_values(node_of, R)
-        if self.platens:
-            A = _renumber(A, node_of, R)
-        summed = np.zeros((R, dim))
-        np.add.at(summed, node_of, load)
-        fixed = ~np.isnan(value)
-        A, summed = _eliminate(A, summed, value, fixed)
-        counts = np.bincount(node_of, minlength=R)[:, None]
-        coordinates = np.zeros((R, dim))
-        np.add.at(coordinates, node_of, self.body.coordinates)
-        return System(A, summed, coordinates / counts, node_of, self._prolongations(chosen), fixed)
+        R, given, moving = len(chosen), self.value.copy(), list(self.moving)
 
-    def _prescribe(self, nodes: np.ndarray, components: Sequence[float | None], where: str) -> Support:
+        def values(time: float | None) -> np.ndarray:
+            value = given.copy()
+            for nodes, component, motion, where in moving:
+                value[nodes, component] = _finite(motion(0.0 if time is None else time), where)
+            return _of_system(value, node_of, R)
+
+        def loads(time: float | None) -> np.ndarray:
+            now: Any = load(0.0 if time is None else time) if callable(load) else first
+            return check_load(now, (N, dim))
+
+        fixed = ~np.isnan(values(None))
+        system = constrained(self.body.space, A, loads, fixed, values, node_of, mass, damping)
+        system.prolongations = self._prolongations(chosen)
+        system.varies = bool(moving) or callable(load)
+        system.body, system.stress = self.body, stress
+        return system
+
+    def _prescribe(self, nodes: np.ndarray, components: Sequence[Value | None], where: str) -> Support:
         dim = self.body.dim
         if dim == 2 and components[2] is not None:
             raise ValueError(f"A displacement z is prescribed {where}, but this body is in the plane.")
@@ -135,25 +130,11 @@ class Support:
         for component, value in enumerate(components):
             if value is None:
                 continue
-            if not np.isfinite(value):
-                raise ValueError(
-                    f"The prescribed displacement {where} is {value}; it must be a finite number."
-                )
-            self.value[nodes, component] = value
+            if callable(value):
+                self.moving.append((nodes, component, value, where))
+            else:
+                self.value[nodes, component] = _finite(value, where)
         return self
-
-    def _reduced_values(self, node_of: np.ndarray, R: int) -> np.ndarray:
-        """Prescribed displacements (R, dim) of the system's nodes, NaN where free."""
-        low, high = np.full((R, self.body.dim), np.inf), np.full((R, self.body.dim), -np.inf)
-        nodes, components = np.nonzero(~np.isnan(self.value))
-        where = (node_of[nodes], components)
-        np.minimum.at(low, where, self.value[nodes, components])
-        np.maximum.at(high, where, self.value[nodes, components])
-        if np.any((high > low) & np.isfinite(high)):
-            raise ValueError(
-                "Two nodes of one platen have different prescribed displacements; give them the same."
-            )
-        return np.where(np.isfinite(low), low, np.nan)
 
     def _prolongations(self, chosen: np.ndarray) -> list[sparse.csr_array]:
         """Prolongations between the meshes with each platen as one node on all of them.
@@ -187,39 +168,21 @@ def _collapse(N: int, groups: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]
     return node_of, chosen
 
 
-def _renumber(A: sparse.bsr_array, node_of: np.ndarray, R: int) -> sparse.bsr_array:
-    """Add up the blocks of nodes that have become one."""
-    rows = np.repeat(node_of, np.diff(A.indptr))
-    key = rows.astype(np.int64) * R + node_of[A.indices]
-    order = np.argsort(key, kind="stable")  # quick: nearly sorted already
-    key = key[order]
-    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
-    data = np.add.reduceat(A.data[order], start, axis=0)
-    rows, columns = np.divmod(key[start], R)
-    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=R))])
-    dim = A.blocksize[0]
-    columns, indptr = columns.astype(np.int32), indptr.astype(np.int32)
-    return sparse.bsr_array((data, columns, indptr), shape=(R * dim, R * dim))
+def _finite(value: float, where: str) -> float:
+    if not np.isfinite(value):
+        raise ValueError(f"The prescribed displacement {where} is {value}; it must be a finite number.")
+    return value
 
 
-def _eliminate(
-    A: sparse.bsr_array, load: np.ndarray, value: np.ndarray, fixed: np.ndarray
-) -> tuple[sparse.bsr_array, np.ndarray]:
-    """Move the effect of prescribed unknowns to the load and leave them a lone diagonal entry each."""
-    if not fixed.any():
-        return A, load
-    prescribed = np.where(fixed, value, 0.0)
-    diagonal = A.diagonal().reshape(fixed.shape)
-    if prescribed.any():
-        load = load - (A @ prescribed.ravel()).reshape(fixed.shape)
-    load = np.where(fixed, diagonal * prescribed, load)
-    rows = np.repeat(np.arange(len(fixed)), np.diff(A.indptr))
-    held = fixed.any(axis=1)
-    touched = np.flatnonzero(held[rows] | held[A.indices])
-    data = A.data.copy()
-    rows, columns = rows[touched], A.indices[touched]
-    blocks = np.where(fixed[rows][:, :, None] | fixed[columns][:, None, :], 0.0, data[touched])
-    own, component = np.nonzero((rows == columns)[:, None] & fixed[rows])
-    blocks[own, component, component] = diagonal[rows[own], component]
-    data[touched] = blocks
-    return sparse.bsr_array((data, A.indices, A.indptr), shape=A.shape), load
+def _of_system(value: np.ndarray, node_of: np.ndarray, R: int) -> np.ndarray:
+    """From prescribed displacements (N, dim) of the body those (R, dim) of the system, NaN where free."""
+    low, high = np.full((R, value.shape[1]), np.inf), np.full((R, value.shape[1]), -np.inf)
+    nodes, components = np.nonzero(~np.isnan(value))
+    where = (node_of[nodes], components)
+    np.minimum.at(low, where, value[nodes, components])
+    np.maximum.at(high, where, value[nodes, components])
+    if np.any((high > low) & np.isfinite(high)):
+        raise ValueError(
+            "Two nodes of one platen have different prescribed displacements; give them the same."
+        )
+    return np.where(np.isfinite(low), low, np.nan)

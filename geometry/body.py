@@ -10,6 +10,7 @@ import scipy.sparse as sparse
 
 from geometry import compat  # before dolfinx
 
+from dolfinx import fem  # isort: skip
 from dolfinx import mesh as dolfinx_mesh  # isort: skip
 
 from geometry.grid import LOCAL_FACETS, Grid, number_rows
@@ -158,6 +159,14 @@ class Body:
             )
         self._name({name: rows})
         return self
+
+    @cached_property
+    def space(self) -> fem.FunctionSpace:
+        """The dolfinx space of displacements, vectors of degree 1; its nodes are numbered as the body's."""
+        V = fem.functionspace(self.mesh, compat.lagrange(self.cell, (self.dim,)))
+        if not np.array_equal(V.dofmap.list, self.cells):
+            raise RuntimeError("dolfinx numbers degrees of freedom and nodes differently on this mesh.")
+        return V
 
     def nodes(self, name: str | Sequence[str]) -> np.ndarray:
         """Return the nodes of a boundary or a node set, or of several, sorted.

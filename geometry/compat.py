@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 from typing import Any
 
 with contextlib.suppress(ImportError):
     import dolfinx_solver  # noqa: F401  (the PyPI wheel: puts PETSc and MPI where dolfinx looks for them)
-import h5py  # noqa: F401  (before PETSc: otherwise the two load different HDF5 libraries)
+if "petsc4py.PETSc" not in sys.modules:  # before PETSc: otherwise the two load different HDF5 libraries
+    import h5py  # noqa: F401
 
 import basix
 import basix.ufl
@@ -33,3 +35,25 @@ def geometry_dofmap(mesh: dolfinx_mesh.Mesh) -> np.ndarray:
     """Return the geometry nodes of each cell (n, k)."""
     geometry = mesh.geometry
     return geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
+
+
+def geometry_degree(mesh: Any) -> int:
+    """Return the degree of the cells' geometry, 1 where edges are straight."""
+    return int(_geometry_map(mesh).degree)
+
+
+def geometry_variant(mesh: Any) -> basix.LagrangeVariant:
+    """Return where the points of the cells' geometry lie."""
+    return basix.LagrangeVariant(_geometry_map(mesh).variant)
+
+
+def space_dimension(mesh: dolfinx_mesh.Mesh) -> int:
+    """Return how many coordinates the forms on a mesh see; quadrilaterals refined by 0.11 have one more."""
+    domain: Any = mesh.ufl_domain()
+    dimension = domain.geometric_dimension  # a method before UFL 2025
+    return int(dimension() if callable(dimension) else dimension)
+
+
+def _geometry_map(mesh: Any) -> Any:
+    geometry = mesh.geometry
+    return geometry.cmaps[0] if hasattr(geometry, "cmaps") else geometry.cmap

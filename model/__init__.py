@@ -16,15 +16,15 @@ from model.node_loop.friction_laws import (
 )
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
-from model.quasistatics.load_stepping import follow
+from model.problem.linear_limits import BeyondLinear, linear_limits
+from model.quasistatics.solve import follow, solve
 from model.recording.checkpoint import load_checkpoint, save_checkpoint
 from model.recording.energy_balance import EnergyGrowth
 from model.recording.history import History
 from model.recording.time_loop import march
 from model.recording.wave_resolution import UnresolvedWaves
 from model.results.body_on_road import BodyOnRoad
-from model.results.linear_limits import BeyondLinear, linear_limits
-from model.solvers.contact_solver import ContactSolver, Solution, solve
+from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged
 
 __all__ = [

@@ -8,7 +8,7 @@ import pytest
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, box, rectangle
 from model import BodyOnRoad, solve
-from model.results.linear_limits import BeyondLinear, linear_limits
+from model.problem.linear_limits import BeyondLinear, linear_limits
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,8 @@ class Plane:
     coordinate points up.
     """
 
+    flat = True  # its tangent planes are itself, so that one problem solves a scene
+
     def __init__(self, point: Sequence[float] | None = None, normal: Sequence[float] | None = None):
         self._any_dimension = point is None and normal is None
         known = normal if point is None else point

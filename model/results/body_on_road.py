@@ -1,10 +1,11 @@
 """A body above a rigid road as a contact problem, and the solution as what scenes look at.
 
-The way there and back: from boundary and road to candidates, gaps and normals; from nodal forces to pressure,
-traction and fields for ParaView. Body, forms and road are whatever answers to the names used here.
+The way there and back: from facets and road to candidates, gaps and normals; from nodal forces to pressure,
+traction and fields for ParaView. System and road are whatever answers to the names used here.
 """
 
-from collections.abc import Sequence
+import warnings
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,39 +13,34 @@ import numpy as np
 
 from model.node_loop.friction_laws import FrictionLaw
 from model.problem.contact_problem import ContactProblem
-from model.results.linear_limits import linear_limits
-from model.solvers.contact_solver import Solution
+from model.problem.linear_limits import LinearLimits
 
 
 class BodyOnRoad:
     """A body whose boundary may touch a road.
 
-    >>> system = Support(body).platen("top").apply(elasticity.stiffness(), load)  # doctest: +SKIP
-    >>> pressed = BodyOnRoad(elasticity, system, Plane(), "arc", friction=0.5)  # doctest: +SKIP
-    >>> solution = solve(pressed.problem)  # doctest: +SKIP
-    >>> pressed.pressure(solution)  # doctest: +SKIP
-
     Parameters
     ----------
-    elasticity : forms.Elasticity
-        Of the body.
     system : forms.System
-        Matrix and load after the supports, of N nodes in `dim` dimensions.
+        What `forms.assemble` makes of the user's own forms, or `forms.Elasticity.system` of ready-made ones.
+    facets : array of int, str or sequence of str
+        Boundary facets that may touch: their indices (`tags.find(2)`), or the names of boundaries of a
+        `geometry.Body`. Nodes that a platen shares with them move with the platen and are left out.
     road : geometry.Road
         Its `closest` gives gap, normal and nearest point.
-    boundary : str or sequence of str
-        Boundary of the body that may touch, or several of them (of several bodies, say); nodes that a platen
-        shares with it move with the platen and are left out.
     friction : FrictionLaw, float or None
         A law, Coulomb's coefficient, or None for a frictionless road.
     reach : float, optional
         Take for candidates only nodes whose gap is at most this (mm); default all of the boundary.
 
+    `BodyOnRoad(elasticity, system, road, boundary, friction, reach)` does the same for a system
+    that `forms.Support.apply` has made.
+
     Attributes
     ----------
     problem : ContactProblem
     nodes : (n,)
-        Candidates, as nodes of the body.
+        Candidates, as nodes of the space.
     points : (n, dim)
         Where they are before loading.
     area : (n,)
@@ -54,32 +50,45 @@ class BodyOnRoad:
     ------
     ValueError
         If the boundary is unknown or out of reach, or as `ContactProblem`.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import solve
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e3, nu=0.0))
+    >>> support = Support(elasticity.body).fix("top", x=0.0, y=-0.01)
+    >>> contact = BodyOnRoad(elasticity.system(elasticity.body_force((0.0, 0.0)), support), "bottom", Plane())
+    >>> contact.pressure(solve(contact)).round(9)
+    array([10., 10., 10., 10., 10.])
     """
 
     def __init__(
         self,
-        elasticity: Any,
         system: Any,
+        facets: Any,
         road: Any,
-        boundary: str | Sequence[str],
+        *more: Any,
         friction: FrictionLaw | float | None = None,
         reach: float | None = None,
     ):
-        body = elasticity.body
-        names = [boundary] if isinstance(boundary, str) else list(boundary)
-        nodes = np.unique(np.concatenate([body.nodes(name) for name in names]))
-        tied = np.bincount(system.node_of)[system.node_of[nodes]] > 1
-        nodes = nodes[~tied]
-        gap, normal, _ = road.closest(body.coordinates[nodes])
+        self.elasticity: Any = None
+        rest = list(more)
+        if hasattr(system, "stiffness"):
+            self.elasticity, system, facets = system, facets, rest.pop(0)
+            system.stress = self.elasticity.stress if system.stress is None else system.stress
+        friction, reach = rest + [friction, reach][len(rest) :]
+        nodes, area = system.candidates(facets)
+        points = system.points[nodes]
+        gap, normal, _ = road_at(road).closest(points)
         near = np.full(nodes.size, True) if reach is None else gap <= reach
         if not near.any():
             raise ValueError(
-                f"No node of {boundary!r} is within {reach} of the road, the nearest is {gap.min():g} away; "
+                f"No node of {facets!r} is within {reach} of the road, the nearest is {gap.min():g} away; "
                 "give a larger reach or bring body and road together."
             )
-        self.elasticity, self.system, self.road = elasticity, system, road
-        self.nodes, self.points = nodes[near], body.coordinates[nodes[near]]
-        self.area = sum(elasticity.boundary_mass(name).sum(axis=1) for name in names)[self.nodes]
+        self.system, self.road = system, road
+        self.nodes, self.points, self.area = nodes[near], points[near], area[near]
         self.problem = ContactProblem(
             system.A,
             system.load,
@@ -91,48 +100,111 @@ class BodyOnRoad:
             prolongations=system.prolongations,
         )
 
-    def pressure(self, solution: Solution) -> np.ndarray:
+    @property
+    def mesh(self) -> Any:
+        """The dolfinx mesh; with `cells`, what `model.Series` and `model.write_xdmf` ask of a body."""
+        return self.system.mesh
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Nodes (cells, k) of each cell."""
+        return np.asarray(self.system.cells)
+
+    @cached_property
+    def limits(self) -> LinearLimits:
+        """Looks whether linear strain is true to a displacement, and says once if not."""
+        return LinearLimits(self.system.shape_gradients, self.system.cells)
+
+    def look(self, solution: Any) -> None:
+        """Warn (BeyondLinear), once, where strains or rotations are beyond what linear strain is true to."""
+        self.limits.look(self.displacement(solution), stacklevel=4)
+
+    def pressure(self, solution: Any) -> np.ndarray:
         """Return the pressure (n,) at the candidates, lumped: nodal force over area (MPa).
 
         Warns
         -----
         BeyondLinear
-            Where strains or rotations are beyond what linear strain is true to, with the numbers.
+            Where strains or rotations are beyond what linear strain is true to and no solve has said so.
         """
-        linear_limits(self.elasticity.gradient(self.displacement(solution)))
-        return solution.pressure_force / self.area
+        self.look(solution)
+        return self._normal_force(solution) / self.area
 
-    def traction(self, solution: Solution) -> np.ndarray:
+    def traction(self, solution: Any) -> np.ndarray:
         """Return the traction (n, dim) of the road on the body at the candidates, lumped (MPa)."""
-        return solution.contact_force / self.area[:, None]
+        return np.asarray(solution.contact_force / self.area[:, None])
 
-    def displacement(self, solution: Solution) -> np.ndarray:
-        """Return the displacement of all nodes of the body, (nodes of the body, dim)."""
+    def displacement(self, solution: Any) -> np.ndarray:
+        """Return the displacement of all nodes of the space, (N, dim)."""
         return np.asarray(self.system.expand(solution.displacement))
 
-    def fields(self, solution: Solution) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """Return the fields of nodes and of cells for `model.results.xdmf`.
+    def function(self, solution: Any) -> Any:
+        """Return the displacement as a dolfinx Function in the user's own space."""
+        return self.system.function(solution.displacement)
+
+    def fields(self, solution: Any) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Return the fields of nodes and of cells for `model.write_xdmf` and `model.Series`.
 
         At the nodes displacement, contact_pressure, contact_traction, gap (distance to the road) and status
-        (0 free, 1 slip, 2 stick); in the cells stress and von_mises.
+        (0 free, 1 slip, 2 stick); in the cells stress and, where it has all three normal components,
+        von_mises. Stress is left out where the system does not know it: see `stress` of `forms.assemble`.
+
+        Parameters
+        ----------
+        solution : Solution, or a State of motion
         """
-        body = self.elasticity.body
         u = self.displacement(solution)
         nodes = {
             "displacement": u,
             "contact_pressure": np.zeros(len(u)),
             "contact_traction": np.zeros(u.shape),
-            "gap": self.road.closest(body.coordinates + u)[0],
+            "gap": road_at(self.road, getattr(solution, "time", 0.0)).closest(self.system.points + u)[0],
             "status": np.zeros(len(u)),
         }
         at = self.nodes
         nodes["contact_pressure"][at] = self.pressure(solution)
         nodes["contact_traction"][at] = self.traction(solution)
         nodes["gap"][at], nodes["status"][at] = solution.gap, solution.status
-        return nodes, {"stress": self.elasticity.stress(u), "von_mises": self.elasticity.von_mises(u)}
+        if self.system.stress is None:
+            return nodes, {}
+        cells = {"stress": self.system.stress(u)}
+        if cells["stress"].shape[1:] == (3, 3):
+            cells["von_mises"] = von_mises(cells["stress"])
+        return nodes, cells
 
-    def write(self, path: str | Path, solution: Solution) -> None:
-        """Write the fields of one solution to NAME.xdmf and NAME.h5."""
+    def write(self, path: str | Path, solution: Any) -> None:
+        """Write the fields of one solution to NAME.xdmf and NAME.h5; warn if no stress is among them."""
         from model.results.xdmf import write_xdmf
 
-        write_xdmf(path, self.elasticity.body, *self.fields(solution))
+        if self.system.stress is None:
+            warnings.warn(
+                f"{path} is written without stress, which these forms do not tell; "
+                "give forms.assemble(..., stress=sigma) to have it.",
+                stacklevel=2,
+            )
+        write_xdmf(path, self, *self.fields(solution))
+
+    def _normal_force(self, solution: Any) -> np.ndarray:
+        """Pressure forces (n,); in motion, of the normals where the candidates are now."""
+        if hasattr(solution, "pressure_force"):
+            return np.asarray(solution.pressure_force)
+        at = self.points + self.displacement(solution)[self.nodes]
+        normal = road_at(self.road, solution.time).closest(at)[1]
+        return np.maximum(np.einsum("ca,ca->c", normal, solution.contact_force), 0.0)
+
+
+def road_at(road: Any, time: float = 0.0) -> Any:
+    """Return a road as it is at a time: a moving one where it is then, another one itself."""
+    return road.at(time) if hasattr(road, "at") else road
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """Return von Mises' equivalent stress (cells,) of stresses (cells, 3, 3).
+
+    Examples
+    --------
+    >>> float(von_mises(np.diag([2.0, 0.0, 0.0])[None])[0])
+    2.0
+    """
+    deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+    return np.asarray(np.sqrt(1.5 * np.einsum("cij,cij->c", deviator, deviator)))

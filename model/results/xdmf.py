@@ -11,6 +11,7 @@ import errno
 import os
 import re
 import shutil
+import sys
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,7 +23,8 @@ from model.atomic_file import check_writable, write_aside
 
 with contextlib.suppress(ImportError):
     import dolfinx_solver  # noqa: F401  (the PyPI wheel: before dolfinx)
-import h5py  # isort: skip  # noqa: F401  (before PETSc: otherwise the two load different HDF5 libraries)
+if "petsc4py.PETSc" not in sys.modules:  # before PETSc: otherwise the two load different HDF5 libraries
+    import h5py  # isort: skip  # noqa: F401
 import basix.ufl  # isort: skip
 from dolfinx import fem, io  # isort: skip
 from mpi4py import MPI  # isort: skip
@@ -34,9 +36,14 @@ TAIL = "</Domain>\n</Xdmf>\n"
 
 
 class HasMesh(Protocol):
-    """What output needs of a body: a dolfinx mesh of degree 1, on one process."""
+    """What output needs of a body: a dolfinx mesh of degree 1, on one process.
 
-    mesh: Any
+    Its `cells` (cells, k), if it has such, say how its nodes are numbered; else they are as the mesh's own.
+    """
+
+    @property
+    def mesh(self) -> Any:
+        """The dolfinx mesh."""
 
 
 def on_body(count: int, nodes: np.ndarray, values: np.ndarray, elsewhere: float = 0.0) -> np.ndarray:
@@ -190,7 +197,8 @@ class _Writer:
     def __init__(self, body: HasMesh):
         self._mesh = body.mesh
         geometry = self._mesh.geometry
-        self._cells = np.asarray(geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap)
+        cells = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
+        self._cells = np.asarray(getattr(body, "cells", cells))
         self.nodes = len(geometry.x)
         self._cache: dict[tuple, tuple[Any, np.ndarray]] = {}
 

@@ -9,8 +9,8 @@ from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, rectangle, ring
 from model import ContactProblem, MovingBody, Newmark, solve
 from model.dynamics.schemes import IMPLICIT
+from model.problem.linear_limits import linear_limits
 from model.recording.energy_balance import Ledger
-from model.results.linear_limits import linear_limits
 
 from .collected import CASES
 

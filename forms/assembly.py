@@ -1,0 +1,201 @@
+"""Forms to arrays: compiled, assembled, and looked at before any work is done on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+
+from geometry import compat  # before dolfinx
+
+import basix.ufl  # isort: skip
+import ufl  # isort: skip
+from dolfinx import fem  # isort: skip
+from dolfinx import mesh as dolfinx_mesh  # isort: skip
+
+ROUNDING = 1e-10  # of sqrt(a_ii a_jj): quadrature rounds u and v differently, by some 1e-15 a term
+
+
+def compiled(form: Any, name: str, rank: int) -> Any:
+    """Compile a form of the given rank with real scalars, or refuse it under its `name`.
+
+    Parameters
+    ----------
+    form : ufl.Form or dolfinx.fem.Form
+    name : what the user calls it, say "a(u, v)"
+    rank : 2 for a bilinear form, 1 for a linear one
+
+    Raises
+    ------
+    TypeError
+        if it is no form
+    ValueError
+        if it has another rank, complex or single precision data, or lives on several meshes
+    """
+    if isinstance(form, ufl.Form):
+        arguments = len(form.arguments())
+        for data in (*form.constants(), *form.coefficients()):
+            kind = getattr(data, "dtype", np.dtype(np.float64))
+            if kind != np.float64:
+                raise ValueError(
+                    f"{name} holds data of the type {kind}; make it with real numbers in double precision, "
+                    "say dolfinx.fem.Constant(mesh, numpy.float64(1.0))."
+                )
+        if len(form.ufl_domains()) > 1:
+            raise ValueError(f"{name} lives on {len(form.ufl_domains())} meshes; write it on one mesh.")
+    elif isinstance(form, fem.Form):
+        arguments = form.rank
+        if form.dtype != np.float64:
+            raise ValueError(
+                f"{name} is compiled for numbers of the type {form.dtype}; compile it with "
+                "dolfinx.fem.form(..., dtype=numpy.float64)."
+            )
+    else:
+        raise TypeError(
+            f"{name} is a {type(form).__name__}; give a UFL form or what dolfinx.fem.form returns."
+        )
+    if arguments != rank:
+        kinds = {0: "a functional", 1: "a linear form", 2: "a bilinear form"}
+        raise ValueError(f"{name} is {kinds[arguments]}; it must be {kinds[rank]}.")
+    return fem.form(form, dtype=np.float64) if isinstance(form, ufl.Form) else form
+
+
+def space_of(form: Any) -> fem.FunctionSpace:
+    """Return the space of a form's test function; of a compiled form, one that wraps the same C++ space."""
+    if isinstance(form, ufl.Form):
+        return form.arguments()[0].ufl_function_space()
+    space = form.function_spaces[0]
+    mesh = space.mesh
+    kind = mesh.topology.cell_type.name
+    variant = compat.geometry_variant(mesh)
+    domain = ufl.Mesh(
+        basix.ufl.element("Lagrange", kind, 1, shape=(mesh.geometry.dim,), lagrange_variant=variant)
+    )
+    raw = basix.finite_element.FiniteElement(space.element.basix_element)
+    element: Any = basix.ufl._BasixElement(raw)
+    if space.element.value_shape:
+        element = basix.ufl.blocked_element(element, shape=tuple(int(n) for n in space.element.value_shape))
+    return fem.FunctionSpace(dolfinx_mesh.Mesh(mesh, domain), element, space)
+
+
+def check_space(V: fem.FunctionSpace) -> None:
+    """Refuse a space that the node loop cannot work on.
+
+    Raises
+    ------
+    ValueError
+        one sentence, with what would do
+    """
+    mesh, element = V.mesh, V.ufl_element()
+    dim, topology = compat.space_dimension(mesh), mesh.topology
+    if mesh.comm.size > 1:
+        raise ValueError(
+            f"The mesh is spread over {mesh.comm.size} processes, but the node loop runs on one; make the "
+            "mesh with MPI.COMM_SELF, or run without mpirun."
+        )
+    if topology.dim != dim:
+        raise ValueError(
+            f"The mesh has cells of {topology.dim} dimensions in a space of {dim}; bodies need cells of as "
+            "many dimensions as the space (make the mesh with gdim equal to that of the cells)."
+        )
+    if topology.cell_name() not in ("triangle", "quadrilateral", "tetrahedron", "hexahedron"):
+        raise ValueError(
+            f"The mesh has cells of the type {topology.cell_name()}; use triangles, quadrilaterals, "
+            "tetrahedra or hexahedra."
+        )
+    if mesh.geometry.x.dtype != np.float64:
+        raise ValueError("The mesh is in single precision; make it with dtype=numpy.float64.")
+    if compat.geometry_degree(mesh) != 1:
+        raise ValueError(
+            f"The mesh has cells with a geometry of degree {compat.geometry_degree(mesh)}; make it with "
+            "straight edges (degree 1, in gmsh Mesh.ElementOrder = 1)."
+        )
+    wanted = f'dolfinx.fem.functionspace(mesh, ("Lagrange", 1, ({dim},)))'
+    family = getattr(element, "family_name", None)
+    if type(element).__name__ == "_MixedElement":
+        raise ValueError(f"The space is a mixed one; eliminate the other field and use {wanted}.")
+    if family != "P" or element.discontinuous or element.degree != 1:
+        what = f"of the kind {family}, degree {element.degree}"
+        what = "a discontinuous one" if element.discontinuous else what
+        raise ValueError(f"The space is {what}; contact at the nodes needs degree 1: use {wanted}.")
+    shape = tuple(element.reference_value_shape)
+    if shape != (dim,) or V.dofmap.index_map_bs != dim:
+        raise ValueError(f"The space has values of the shape {shape}; displacements need {wanted}.")
+
+
+def matrix(form: Any) -> sparse.bsr_array:
+    """Assemble a bilinear form; blocked if the space is."""
+    A = fem.assemble_matrix(form if isinstance(form, fem.Form) else fem.form(form, dtype=np.float64))
+    A.scatter_reverse()
+    return A.to_scipy().copy()
+
+
+def vector(form: Any) -> np.ndarray:
+    """Assemble a linear form; a row for each node of the space, its data read anew at each call."""
+    if not isinstance(form, fem.Form):
+        form = fem.form(form, dtype=np.float64)
+    block = form.function_spaces[0].dofmap.index_map_bs
+    return fem.assemble_vector(form).array.reshape(-1, block).copy()
+
+
+def symmetric_matrix(form: Any, name: str) -> sparse.bsr_array:
+    """Assemble a bilinear form (of `name` "a(u, v)", say) that must be symmetric.
+
+    Raises
+    ------
+    ValueError
+        if entries are not finite, the form is not symmetric, or has negative diagonal entries
+    """
+    A = matrix(form)
+    A = sparse.bsr_array(A)
+    check_symmetric(A, name)
+    return A
+
+
+def check_symmetric(A: Any, name: str) -> None:
+    """Refuse a matrix that is not finite, not symmetric, or has a negative diagonal entry (ValueError)."""
+    if not np.isfinite(A.data).all():
+        raise ValueError(f"{name} gives a matrix with entries that are not finite numbers.")
+    diagonal = A.diagonal()
+    if (diagonal < 0).any():
+        raise ValueError(
+            f"{name} has negative diagonal entries, the least {diagonal.min():g}; check its sign."
+        )
+    skew = (A - A.T).tocoo()
+    scale = np.sqrt(diagonal[skew.row] * diagonal[skew.col])
+    off = np.abs(skew.data) > ROUNDING * scale
+    if off.any():
+        worst = int(np.argmax(np.abs(skew.data)))
+        raise ValueError(
+            f"{name} is not symmetric: it differs from {name.replace('u, v', 'v, u')} by "
+            f"{abs(skew.data[worst]):.2g} where its entries are {scale[worst]:.2g}; only symmetric forms can "
+            "be used (no convection, no follower loads)."
+        )
+
+
+def at_midpoints(
+    expression: Callable[[Any], Any], V: fem.FunctionSpace
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Return a function that evaluates a UFL expression of the displacement in the middle of each cell.
+
+    Parameters
+    ----------
+    expression : of a dolfinx Function in V, say the stress `sigma(u)`
+
+    Returns
+    -------
+    from displacements (N, dim) to values (cells, ...)
+    """
+    mesh, u = V.mesh, fem.Function(V)
+    reference = basix.geometry(getattr(basix.CellType, mesh.topology.cell_name()))
+    tensor = expression(u)
+    compiled_expression = fem.Expression(tensor, reference.mean(axis=0)[None], dtype=np.float64)
+    cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
+
+    def values(displacement: np.ndarray) -> np.ndarray:
+        u.x.array[:] = np.asarray(displacement).ravel()
+        return np.asarray(compiled_expression.eval(mesh, cells)).reshape(len(cells), *tensor.ufl_shape)
+
+    return values

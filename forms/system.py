@@ -1,0 +1,465 @@
+"""From weak forms and supports to the matrices and loads of the contact loop: the one way in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sparse
+
+from geometry import Body
+
+import ufl  # isort: skip
+from dolfinx import fem  # isort: skip
+from dolfinx import mesh as dolfinx_mesh  # isort: skip
+
+from forms.assembly import at_midpoints, check_space, compiled, space_of, symmetric_matrix, vector
+from forms.transfer import nested_prolongations
+
+FACET_DEGREE = 3
+Facets = str | Sequence[str] | Sequence[int] | np.ndarray
+
+
+class Eliminated(NamedTuple):
+    """A matrix after the supports: with lone diagonal entries, and what it couples prescribed unknowns to."""
+
+    A: sparse.bsr_array
+    coupling: sparse.csr_array
+    diagonal: np.ndarray
+
+
+@dataclass
+class System:
+    """Matrices and loads after the supports; made by `forms.assemble`, or by `Support.apply`.
+
+    R nodes of the system, N of the space, dim dimensions; they differ where a platen makes one node of many.
+
+    Attributes
+    ----------
+    A : (R dim, R dim) stiffness in dim x dim blocks. A prescribed unknown keeps its place as a row and column
+        with a lone diagonal entry, its effect moved to the load.
+    M, C : likewise mass and damping, or None
+    load : (R, dim), as it was when assembled; `load_at` reads it anew
+    coordinates : (R, dim); of a platen, the mean of its nodes
+    node_of : (N,) the node of the system that each node of the space has become
+    prolongations : between the meshes, finest first, with platens as one node on each; to be truncated at
+        prescribed unknowns by the solver
+    fixed : (R, dim) which unknowns are prescribed
+    space : dolfinx function space of the displacement
+    varies : whether load or prescribed displacements depend on time
+    """
+
+    A: sparse.bsr_array
+    load: np.ndarray
+    coordinates: np.ndarray
+    node_of: np.ndarray
+    prolongations: list[sparse.csr_array]
+    fixed: np.ndarray
+    space: Any = None
+    M: sparse.bsr_array | None = None
+    C: sparse.bsr_array | None = None
+    varies: bool = False
+    body: Body | None = None
+    stress: Callable[[np.ndarray], np.ndarray] | None = None
+    _loads: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
+    _values: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
+    _eliminated: dict[str, Eliminated] = field(default_factory=dict, repr=False)
+
+    @property
+    def mesh(self) -> dolfinx_mesh.Mesh:
+        """The dolfinx mesh."""
+        return self.space.mesh
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Nodes (cells, k) of each cell, in dolfinx's order."""
+        return np.asarray(self.space.dofmap.list)
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Positions (N, dim) of the nodes of the space."""
+        return np.ascontiguousarray(self.space.tabulate_dof_coordinates()[:, : self.fixed.shape[1]])
+
+    def expand(self, u: np.ndarray) -> np.ndarray:
+        """Return displacements (N, dim) of the space's nodes from those of the system (R, dim)."""
+        return np.asarray(u)[self.node_of]
+
+    def reduce(self, load: np.ndarray) -> np.ndarray:
+        """Return forces (R, dim) on the system from forces (N, dim) on the space; a platen has their sum."""
+        return _summed(load, self.node_of, len(self.coordinates))
+
+    def prescribed_at(self, time: float | None = None) -> np.ndarray:
+        """Return the prescribed displacements (R, dim), 0 where free.
+
+        At a time, or (None) by the values that the user's boundary conditions have now.
+        """
+        return np.where(self.fixed, self._values(time), 0.0)
+
+    def load_at(self, time: float | None = None) -> np.ndarray:
+        """Return the load (R, dim), assembled anew.
+
+        At a time, or (None) by the values that the user's constants, functions and boundary conditions have
+        now. At a prescribed unknown it is diagonal entry of A times its value.
+        """
+        stiffness, g = self._eliminated["A"], self.prescribed_at(time)
+        load = self.reduce(self._loads(time))
+        if g.any():
+            load = load - (stiffness.coupling @ g.ravel()).reshape(g.shape)
+        return np.where(self.fixed, stiffness.diagonal * g, load)
+
+    def support_force(self, velocity: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """Return what inertia and damping of moving supports put on the free unknowns, (R, dim)."""
+        force = np.zeros(self.fixed.shape)
+        for name, rate in (("C", velocity), ("M", acceleration)):
+            if name in self._eliminated and rate.any():
+                force -= (self._eliminated[name].coupling @ rate.ravel()).reshape(force.shape)
+        return force
+
+    def function(self, u: np.ndarray) -> fem.Function:
+        """Return displacements (R, dim) as a dolfinx function in the space."""
+        function = fem.Function(self.space, name="displacement")
+        function.x.array[:] = self.expand(u).ravel()
+        return function
+
+    def candidates(self, facets: Facets) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nodes (n,) of boundary facets, sorted, and the area (n,) that belongs to each.
+
+        Nodes that a platen shares with them move with the platen and are left out.
+
+        Parameters
+        ----------
+        facets : indices of facets, as `tags.find(2)` gives them, or the name of a boundary of the body, or
+            several names
+
+        Raises
+        ------
+        ValueError
+            if there are none, they are no outer facets, or all their nodes belong to a platen
+        """
+        indices = self._facet_indices(facets)
+        nodes = fem.locate_dofs_topological(self.space, self.mesh.topology.dim - 1, indices)
+        nodes = np.unique(nodes).astype(np.int64)
+        free = np.bincount(self.node_of)[self.node_of[nodes]] == 1
+        if not free.any():
+            raise ValueError(
+                f"All {nodes.size} nodes of the contact boundary are tied by a platen; name another one."
+            )
+        return nodes[free], self._areas(indices)[nodes[free]]
+
+    def gradient(self, u: np.ndarray) -> np.ndarray:
+        """Return the gradient du_i / dx_j (cells, dim, dim) in the middle of each cell, of u (N, dim)."""
+        return np.asarray(np.einsum("cki,ckj->cij", np.asarray(u)[self.cells], self.shape_gradients))
+
+    @cached_property
+    def shape_gradients(self) -> np.ndarray:
+        """Gradients of the shape functions in the middle of each cell, (cells, k, dim)."""
+        return shape_gradients(self.points[self.cells])
+
+    def _facet_indices(self, facets: Facets) -> np.ndarray:
+        mesh = self.mesh
+        fdim = mesh.topology.dim - 1
+        names = [facets] if isinstance(facets, str) else list(facets)
+        if names and all(isinstance(name, str) for name in names):
+            if self.body is None:
+                raise ValueError(
+                    f"There is no boundary {names[0]!r}, for this mesh has no names; give the indices of "
+                    "facets, say tags.find(2)."
+                )
+            return self.body.facet_indices(names)
+        indices = np.unique(np.asarray(facets))
+        if indices.size == 0:
+            raise ValueError(
+                "No facets are named that may touch; look whether the mesh has the tag that you asked for."
+            )
+        if not np.issubdtype(indices.dtype, np.integer):
+            raise ValueError(f"Facets are given by their indices, integers, not by {indices.dtype} numbers.")
+        mesh.topology.create_connectivity(fdim, mesh.topology.dim)
+        outer = np.isin(indices, dolfinx_mesh.exterior_facet_indices(mesh.topology))
+        if not outer.all():
+            raise ValueError(
+                f"{np.count_nonzero(~outer)} of the {indices.size} facets are not on the boundary of this "
+                f"mesh, the first is {indices[~outer][0]}; name outer facets of the mesh that "
+                "the forms live on."
+            )
+        return indices.astype(np.int32)
+
+    def _areas(self, indices: np.ndarray) -> np.ndarray:
+        """Integrals of the nodes' shape functions over boundary facets, (N,)."""
+        ds = boundary_measure(self.mesh, indices)
+        ones = fem.Constant(self.mesh, np.ones(self.fixed.shape[1]))
+        return vector(ufl.inner(ones, ufl.TestFunction(self.space)) * ds)[:, 0]
+
+
+def assemble(
+    a: Any,
+    L: Any = None,
+    bcs: Sequence[fem.DirichletBC] = (),
+    *,
+    mass: Any = None,
+    damping: Any = None,
+    update: Callable[[float], None] | None = None,
+    coarser: Sequence[Any] = (),
+    stress: Callable[[Any], Any] | None = None,
+) -> System:
+    """Assemble the user's own forms for the contact loop.
+
+    Parameters
+    ----------
+    a : bilinear form a(u, v), symmetric: elasticity of any constant material, Robin terms, ...; UFL, or
+        compiled by `dolfinx.fem.form`. On a space of vectors of degree 1 with as many components as the mesh
+        has dimensions.
+    L : linear form L(v); or a callable of the time (or load parameter) that returns one, or nodal forces (N,
+        dim) in the order of the space's nodes; None for no load
+    bcs : DirichletBCs on the space or its components. They are applied once, to all matrices; their values,
+        and the data of L, are read anew by each `solve`, load step and time step.
+    mass, damping : bilinear forms m(u, v) and c(u, v), symmetric, for motion
+    update : called with the time (or load parameter) before values of that time are read: sets the user's
+        Constants and Functions
+    coarser : meshes, or spaces on them, of which this one is a nested refinement
+        (`dolfinx.mesh.refine`, `uniform_refine`), in any order; for the multigrid correction
+    stress : sigma(u) in UFL, for output only; (3, 3) if von Mises' stress shall be written too
+
+    Returns
+    -------
+    System
+
+    Raises
+    ------
+    TypeError, ValueError
+        in one sentence, before anything is assembled where that is possible: forms that are not symmetric or
+        not bilinear, complex numbers, spaces of another kind or degree, several processes, boundary
+        conditions of another space, meshes that are not nested
+
+    Examples
+    --------
+    >>> import numpy as np, ufl
+    >>> from mpi4py import MPI
+    >>> from dolfinx import fem, mesh
+    >>> square = mesh.create_unit_square(MPI.COMM_SELF, 4, 4)
+    >>> V = fem.functionspace(square, ("Lagrange", 1, (2,)))
+    >>> u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
+    >>> a = ufl.inner(ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))) * ufl.dx
+    >>> L = ufl.inner(fem.Constant(square, (0.0, -1.0)), v) * ufl.dx
+    >>> left = fem.locate_dofs_geometrical(V, lambda x: np.isclose(x[0], 0.0))
+    >>> system = assemble(a, L, bcs=[fem.dirichletbc(np.zeros(2), left, V)])
+    >>> system.A.shape, int(system.fixed.sum())
+    ((50, 50), 10)
+    """
+    form = compiled(a, "a(u, v)", 2)
+    V = space_of(a)
+    check_space(V)
+    space = V._cpp_object
+    parts = {"mass m(u, v)": mass, "damping c(u, v)": damping}
+    others = {name: compiled(part, name, 2) for name, part in parts.items() if part is not None}
+    loads = _loads(L, V, update)
+    for name, other in others.items():
+        _same_space(name, other, space)
+    _same_space("a(u, v)", form, space)
+    for bc in bcs:
+        if not isinstance(bc, fem.DirichletBC):
+            raise TypeError(f"bcs holds a {type(bc).__name__}; give what dolfinx.fem.dirichletbc returns.")
+        if not space.contains(bc.function_space):
+            raise ValueError("A boundary condition is on another space than the forms; make it on theirs.")
+    prolongations = nested_prolongations(V, coarser)
+    A = symmetric_matrix(form, "a(u, v)")
+    count, dim = V.dofmap.index_map.size_local, V.dofmap.index_map_bs
+    fixed = np.zeros(count * dim, dtype=bool)
+    for bc in bcs:
+        fixed[bc.dof_indices()[0]] = True
+    fixed = fixed.reshape(count, dim)
+
+    def values(time: float | None) -> np.ndarray:
+        if time is not None and update is not None:
+            update(time)
+        x = np.zeros(count * dim)
+        for bc in bcs:
+            bc.set(x)
+        if not np.isfinite(x).all():
+            raise ValueError("A boundary condition has a value that is not a finite number.")
+        return x.reshape(count, dim)
+
+    system = constrained(
+        V,
+        A,
+        loads,
+        fixed,
+        values,
+        mass=None if mass is None else symmetric_matrix(others["mass m(u, v)"], "mass m(u, v)"),
+        damping=None if damping is None else symmetric_matrix(others["damping c(u, v)"], "damping c(u, v)"),
+    )
+    system.prolongations = prolongations
+    system.varies = update is not None or (callable(L) and not isinstance(L, ufl.Form))
+    if stress is not None:
+        system.stress = at_midpoints(stress, V)
+    return system
+
+
+def constrained(
+    space: Any,
+    A: sparse.bsr_array,
+    loads: Callable[[float | None], np.ndarray],
+    fixed: np.ndarray,
+    values: Callable[[float | None], np.ndarray],
+    node_of: np.ndarray | None = None,
+    mass: sparse.bsr_array | None = None,
+    damping: sparse.bsr_array | None = None,
+) -> System:
+    """Apply supports to assembled matrices, all in the same way.
+
+    Parameters
+    ----------
+    space : dolfinx function space of N nodes
+    A, mass, damping : (N dim, N dim), symmetric
+    loads : of the time (None: now), nodal forces (N, dim)
+    fixed : (R, dim) which unknowns of the system are prescribed
+    values : of the time, prescribed displacements (R, dim)
+    node_of : (N,) node of the system that each node of the space becomes; default the node itself
+    """
+    R, dim = fixed.shape
+    N = R if node_of is None else len(node_of)
+    tied = node_of is not None and N > R
+    node_of = np.arange(N) if node_of is None else node_of
+    eliminated = {}
+    for name, matrix in (("A", A), ("M", mass), ("C", damping)):
+        if matrix is not None:
+            matrix = sparse.bsr_array(matrix, blocksize=(dim, dim))
+            matrix = _renumber(matrix, node_of, R) if tied else matrix
+            eliminated[name] = _eliminate(matrix, fixed)
+    bare = (eliminated["A"].diagonal <= 0) & ~fixed
+    if bare.any():
+        node = int(np.argmax(bare.any(axis=1)))
+        raise ValueError(
+            f"{np.count_nonzero(bare)} unknowns have no stiffness, the first at node {node}; integrate a(u, "
+            "v) over the whole mesh, or prescribe them."
+        )
+    coordinates = np.ascontiguousarray(space.tabulate_dof_coordinates()[:, :dim])
+    if tied:
+        counts = np.bincount(node_of, minlength=R)[:, None]
+        coordinates = _summed(coordinates, node_of, R) / counts
+    system = System(
+        eliminated["A"].A,
+        np.zeros((R, dim)),
+        coordinates,
+        node_of,
+        [],
+        fixed,
+        space,
+        eliminated["M"].A if mass is not None else None,
+        eliminated["C"].A if damping is not None else None,
+        _loads=loads,
+        _values=values,
+        _eliminated=eliminated,
+    )
+    system.load = system.load_at()
+    return system
+
+
+def boundary_measure(mesh: dolfinx_mesh.Mesh, facets: np.ndarray) -> Any:
+    """Return ds on some facets, always under tag 1 so that all boundaries share compiled forms."""
+    facets = np.sort(facets)
+    here = dolfinx_mesh.meshtags(mesh, mesh.topology.dim - 1, facets, np.ones(len(facets), dtype=np.int32))
+    return ufl.Measure("ds", mesh, subdomain_data=here, metadata={"quadrature_degree": FACET_DEGREE})(1)
+
+
+def shape_gradients(corners: np.ndarray) -> np.ndarray:
+    """Gradients (cells, k, dim) of the shape functions in the middle of cells of corners (cells, k, dim)."""
+    _, k, dim = corners.shape
+    reference: np.ndarray
+    if k == dim + 1:
+        reference = np.vstack([-np.ones(dim), np.eye(dim)])
+    else:
+        corner = np.arange(2**dim)[:, None] >> np.arange(dim) & 1
+        reference = (2 * corner - 1) * 0.5 ** (dim - 1)
+    jacobian = np.einsum("cki,kj->cij", corners, reference)
+    return np.einsum("kj,cji->cki", reference, np.linalg.inv(jacobian))
+
+
+def _same_space(name: str, form: fem.Form, space: Any) -> None:
+    for other in form.function_spaces:
+        if not space.contains(other):
+            raise ValueError(f"{name} has test or trial functions of another space than a(u, v)'s; use one.")
+
+
+def _loads(L: Any, V: fem.FunctionSpace, update: Any) -> Callable[[float | None], np.ndarray]:
+    """Nodal forces (N, dim) as a function of the time (None: now)."""
+    shape = (V.dofmap.index_map.size_local, V.dofmap.index_map_bs)
+
+    def nodal(load: Any) -> np.ndarray:
+        if isinstance(load, (ufl.Form, fem.Form)):
+            form = compiled(load, "L(v)", 1)
+            _same_space("L(v)", form, V._cpp_object)
+            load = vector(form)
+        return check_load(load, shape)
+
+    if L is None:
+        return lambda time: np.zeros(shape)
+    if isinstance(L, (ufl.Form, fem.Form)):
+        form = compiled(L, "L(v)", 1)
+        _same_space("L(v)", form, V._cpp_object)
+
+        def loads(time: float | None) -> np.ndarray:
+            if time is not None and update is not None:
+                update(time)
+            return check_load(vector(form), shape)
+
+        return loads
+    if callable(L):
+        return lambda time: nodal(L(0.0 if time is None else time))
+    return lambda time: nodal(L)
+
+
+def check_load(load: Any, shape: tuple[int, int]) -> np.ndarray:
+    """Return nodal forces as floats, or refuse them (ValueError)."""
+    force = np.asarray(load, dtype=np.float64)
+    if force.shape != shape:
+        raise ValueError(f"The load has the shape {force.shape}; these nodes need forces of {shape}.")
+    if not np.isfinite(force).all():
+        raise ValueError("The load has entries that are not finite numbers.")
+    return force
+
+
+def _summed(values: np.ndarray, node_of: np.ndarray, R: int) -> np.ndarray:
+    summed = np.zeros((R, values.shape[1]))
+    np.add.at(summed, node_of, values)
+    return summed
+
+
+def _renumber(A: sparse.bsr_array, node_of: np.ndarray, R: int) -> sparse.bsr_array:
+    """Add up the blocks of nodes that have become one."""
+    rows = np.repeat(node_of, np.diff(A.indptr))
+    key = rows.astype(np.int64) * R + node_of[A.indices]
+    order = np.argsort(key, kind="stable")  # quick: nearly sorted already
+    key = key[order]
+    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
+    data = np.add.reduceat(A.data[order], start, axis=0)
+    rows, columns = np.divmod(key[start], R)
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=R))])
+    dim = A.blocksize[0]
+    columns, indptr = columns.astype(np.int32), indptr.astype(np.int32)
+    return sparse.bsr_array((data, columns, indptr), shape=(R * dim, R * dim))
+
+
+def _eliminate(A: sparse.bsr_array, fixed: np.ndarray) -> Eliminated:
+    """Leave prescribed unknowns a lone diagonal entry each, and keep what they act on others with."""
+    dim = A.blocksize[0]
+    diagonal = A.diagonal().reshape(fixed.shape)
+    if not fixed.any():
+        return Eliminated(A, sparse.csr_array(A.shape), diagonal)
+    rows = np.repeat(np.arange(len(fixed)), np.diff(A.indptr))
+    held = fixed.any(axis=1)
+    near = np.flatnonzero(held[rows] | held[A.indices])
+    data = A.data.copy()
+    rows, columns = rows[near], A.indices[near]
+    row_fixed, column_fixed = fixed[rows][:, :, None], fixed[columns][:, None, :]
+    acting = np.where(column_fixed & ~row_fixed, data[near], 0.0)
+    b, i, j = np.nonzero(acting)
+    places = (rows[b] * dim + i, columns[b] * dim + j)
+    coupling = sparse.csr_array(sparse.coo_array((acting[b, i, j], places), shape=A.shape))
+    blocks = np.where(row_fixed | column_fixed, 0.0, data[near])
+    own, component = np.nonzero((rows == columns)[:, None] & fixed[rows])
+    blocks[own, component, component] = diagonal[rows[own], component]
+    data[near] = blocks
+    return Eliminated(sparse.bsr_array((data, A.indices, A.indptr), shape=A.shape), coupling, diagonal)

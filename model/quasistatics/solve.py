@@ -1,0 +1,172 @@
+"""Solve a scene once, or step by step: the same two verbs whatever the road's shape."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from model.problem.contact_problem import ContactProblem
+from model.quasistatics import load_stepping
+from model.quasistatics.curved_contact import CurvedContact
+from model.solvers.contact_solver import ContactSolver, Solution
+
+OF_SOLVER = ("order", "progress")
+
+
+class AtRest:
+    """A road that does not move, for load steps that ask where it is."""
+
+    def __init__(self, road: Any):
+        self.road = road
+
+    def at(self, time: float) -> Any:
+        """Return the road."""
+        return self.road
+
+    def displacement(self, time: float) -> np.ndarray:
+        """Return how far it has moved: not at all."""
+        return np.zeros(1)
+
+
+def solve(
+    contact: Any,
+    correction: str = "auto",
+    tolerance: float = 1e-10,
+    time: float | None = None,
+    **options: Any,
+) -> Solution:
+    """Solve a contact problem once.
+
+    On a plane that is one problem. On any other road the problem is solved with a tangent plane at each
+    candidate, and solved again where the nodes have come to be, until all that touch are on the road itself.
+
+    Parameters
+    ----------
+    contact : BodyOnRoad or ContactProblem
+        The load and the prescribed displacements of a BodyOnRoad are read anew, a ContactProblem has its own.
+        A ContactProblem knows no road but the planes of its candidates.
+    correction : str
+        "none", "direct", "multigrid", "algebraic" or "auto".
+    tolerance : float
+        Natural residual to reach.
+    time : float, optional
+        Time (or load parameter) at which load, prescribed displacements and a moving road are taken; default
+        what the user's constants hold now.
+    **options
+        `order` and `progress` of `ContactSolver`; `start`, `start_status`, `limit`, `slip_rate` of
+        `ContactSolver.solve`.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    ValueError, NotConverged
+        As `ContactSolver` and its `solve`, and `CurvedContact`.
+
+    Warns
+    -----
+    BeyondLinear
+        Once for each BodyOnRoad, where linear strain is not true to the solution.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, RoundRoad, rectangle
+    >>> from model import BodyOnRoad
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4)), Isotropic(E=1e3, nu=0.3))
+    >>> support = Support(elasticity.body).fix("top", x=0.0, y=-0.02)
+    >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+    >>> contact = BodyOnRoad(system, "bottom", RoundRoad((1.0, -5.0), 5.0))
+    >>> solution = solve(contact)
+    >>> bool(solution.gap.min() == 0.0 and solution.contact_force[:, 1].sum() > 0.0)
+    True
+    """
+    made = {name: options.pop(name) for name in OF_SOLVER if name in options}
+    if isinstance(contact, ContactProblem):
+        return ContactSolver(contact, correction, **made).solve(tolerance=tolerance, **options)
+    problem = replace(contact.problem, b=contact.system.load_at(time))
+    solver = ContactSolver(problem, correction, **made)
+    road = contact.road
+    if hasattr(road, "at"):
+        road = road.at(0.0 if time is None else time)
+        solution = CurvedContact(solver, contact.points).solve(road, tolerance=tolerance, **options)
+    elif getattr(road, "flat", False):
+        solution = solver.solve(tolerance=tolerance, **options)
+    else:
+        solution = CurvedContact(solver, contact.points).solve(road, tolerance=tolerance, **options)
+    contact.look(solution)
+    return solution
+
+
+def follow(
+    contact: Any,
+    steps: Iterable[Any],
+    correction: str = "auto",
+    tolerance: float = 1e-10,
+    **options: Any,
+) -> Iterator[Solution]:
+    """Solve for one load after the other, each from the last solution, sticking where the last step ended.
+
+    Parameters
+    ----------
+    contact : BodyOnRoad, ContactProblem or ContactSolver
+        The body starts at rest with sticking positions `problem.tangential_reference`.
+    steps : iterable
+        Of the load vectors (R, dim) of each step; or, for a BodyOnRoad, of times (or load parameters), at
+        which loads, prescribed displacements and a moving road are taken; or of None: what the user's
+        constants hold when the step is asked for.
+    correction : str
+        As for `solve`; a ContactSolver has its own.
+    tolerance : float
+        Natural residual of each step.
+    **options
+        As for `solve`.
+
+    Yields
+    ------
+    Solution
+        One a step.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import BodyOnRoad
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e3, nu=0.0))
+    >>> support = Support(elasticity.body).fix("top", x=0.0, y=lambda t: -0.01 * t)
+    >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+    >>> contact = BodyOnRoad(system, "bottom", Plane(), friction=0.3)
+    >>> [round(float(s.pressure_force.sum()), 9) for s in follow(contact, [0.5, 1.0])]
+    [10.0, 20.0]
+    """
+    if isinstance(contact, ContactSolver):
+        yield from load_stepping.follow(contact, steps, tolerance, **options)
+        return
+    made = {name: options.pop(name) for name in OF_SOLVER if name in options}
+    if isinstance(contact, ContactProblem):
+        solver = ContactSolver(contact, correction, **made)
+        yield from load_stepping.follow(solver, steps, tolerance, **options)
+        return
+    solver, road = ContactSolver(contact.problem, correction, **made), contact.road
+    if getattr(road, "flat", False):
+        loads = (load for _, load in _loads(contact, steps))
+        path = load_stepping.follow(solver, loads, tolerance, **options)
+    else:
+        road = road if hasattr(road, "at") else AtRest(road)
+        curved = CurvedContact(solver, contact.points)
+        path = curved.follow(road, _loads(contact, steps), tolerance=tolerance, **options)
+    for solution in path:
+        contact.look(solution)
+        yield solution
+
+
+def _loads(contact: Any, steps: Iterable[Any]) -> Iterator[tuple[float, np.ndarray]]:
+    """Time and load (R, dim) of each step."""
+    for number, step in enumerate(steps, start=1):
+        if step is None or np.ndim(step) == 0:
+            yield (number if step is None else float(step)), contact.system.load_at(step)
+        else:
+            yield number, np.asarray(step, dtype=np.float64)
