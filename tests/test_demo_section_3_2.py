@@ -30,14 +30,35 @@ def test_quick_demo(quick):
             assert value < 1e-12
         if key.startswith("spin"):
             assert value < -0.3  # it rolls the way it goes
-    assert {"spurious_releases[mu=0]", "cost_ratio_to_linear_steps", "speedup_over_loop"} < results.keys()
+    assert "spurious_releases[mu=0]" in results
     assert summary["cost"]["residual"] <= 1e-10
 
-    for name in ("figure_8", "figure_9", "energy_ledger", "energy_against_run_time", "contact_force_mu=0"):
+    for name in ("figure_8", "figure_9", "energy_ledger", "contact_force_mu=0"):
         assert (out / f"{name}.png").stat().st_size > 10_000
     assert len(imageio.imread(out / "ring.gif")) > 20
-    assert len(pyvista.get_reader(out / "ring_mu=0.1.xdmf").time_values) == 130
     with open(out / "history_mu=0.1.csv", newline="") as file:
         assert float(list(csv.DictReader(file))[-1]["time"]) == 1.3
     with np.load(out / "problem.npz") as problem:
         assert np.count_nonzero(problem["contact_force"][:, 1]) > 5
+
+
+def test_series_for_paraview(quick):
+    """Names and meanings are those of statics: status 0 where nothing touches, pressure where it does."""
+    reader = pyvista.get_reader(quick.out / "ring_mu=0.1.xdmf")
+    assert len(reader.time_values) == 130
+    touching = int(np.argmax([row["contacts"] for row in _rows(quick.out / "history_mu=0.1.csv")]))
+    reader.set_active_time_point(touching - 1)
+    mesh = reader.read()
+    mesh = mesh[0] if isinstance(mesh, pyvista.MultiBlock) else mesh
+    data = mesh.point_data
+    assert {"displacement", "velocity", "contact_pressure", "contact_traction", "gap", "status"} <= set(data)
+    status = np.asarray(data["status"])
+    assert set(status) <= {0, 1, 2} and status.any()
+    assert not np.asarray(data["gap"])[status > 0].any()
+    assert np.asarray(data["contact_pressure"])[status > 0].max() > 0.0
+    assert not np.asarray(data["contact_pressure"])[status == 0].any()
+
+
+def _rows(path):
+    with open(path, newline="") as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]

@@ -1,0 +1,98 @@
+"""Runs in time: their fields for ParaView, and what is noted of them."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from harness.scene import Scene
+from model import History, march
+from model.dynamics.step_problem import save_step
+from model.results.xdmf import on_body
+
+
+def recorded(
+    scheme: Any,
+    velocity: np.ndarray,
+    steps: int,
+    points: dict[str, int],
+    path: Any = None,
+    on_state: Callable[[Any], None] | None = None,
+    save: Any = None,
+) -> History:
+    """Run from rest in shape, with a velocity, and return the history.
+
+    Parameters
+    ----------
+    scheme : TimeIntegrator
+    velocity : (N, dim)
+        At the start.
+    steps : int
+    points : dict
+        Nodes to follow, by name.
+    path : Path, optional
+        CSV file that grows with the run.
+    on_state : callable, optional
+        Called with each state.
+    save : Path, optional
+        NAME.npz for the step with the most nodes in contact, as a problem of its own.
+    """
+    most = first = scheme.start(velocity=velocity)
+    history = History(scheme, first, points, path)
+    for state in march(scheme, first, steps, history):
+        most = state if state.count > most.count else most
+        if on_state is not None:
+            on_state(state)
+    if save is not None:
+        save_step(save, scheme, most)
+    return history
+
+
+def fields_in_motion(elasticity: Any, moving: Any, boundary: str, state: Any) -> tuple[dict, dict]:
+    """Fields of nodes and cells for `Series.write`, named as those of `BodyOnRoad.fields`, and the velocity."""
+    body, u, at = elasticity.body, moving.expand(state.displacement), moving.contact_nodes
+    gap, normal, _ = moving.road.closest(body.coordinates + u)
+    traction = state.contact_force / elasticity.boundary_mass(boundary).sum(axis=1)[at][:, None]
+    pressure = np.maximum(np.einsum("ca,ca->c", traction, normal[at]), 0.0)
+    gap[at[state.status > 0]] = 0.0
+    nodes = {
+        "displacement": u,
+        "velocity": moving.expand(state.velocity),
+        "contact_pressure": on_body(len(u), at, pressure),
+        "contact_traction": on_body(len(u), at, traction),
+        "gap": gap,
+        "status": on_body(len(u), at, state.status),
+    }
+    return nodes, {"stress": elasticity.stress(u), "von_mises": elasticity.von_mises(u)}
+
+
+def note_motion(scene: Scene, key: str, run: History, kinetic: float, fall: float) -> None:
+    """Note when a falling body touches, what becomes of its energy, and how well the laws of contact are kept.
+
+    A body that lets go and touches again within 0.05 s has released spuriously.
+
+    Parameters
+    ----------
+    scene : Scene
+    key : str
+        Of the run, in brackets behind each result.
+    run : History
+    kinetic : float
+        Energy at the start (J/m).
+    fall : float
+        Time of the free fall (s).
+    """
+    bounces, gain = run.bounces(apart=0.05), run["gain"].max()
+    unit = "of the initial kinetic energy"
+    scene.result(f"first_touch[{key}]", bounces[0][0], "s", fall, "sqrt(2 h / g); the step after it")
+    if len(bounces) > 1:
+        scene.result(f"second_touch[{key}]", bounces[1][0], "s", None, "the paper: earlier with friction")
+    again = sum(again for *_, again in bounces)
+    scene.result(f"spurious_releases[{key}]", again, "1", 0, "the ring flies for half a second")
+    scene.result(f"max_energy_gain[{key}]", gain, "J/m in a step", 0.0, "exact contact does no work")
+    scene.result(f"max_energy_gain_relative[{key}]", gain / kinetic, unit, 0.0)
+    scene.result(f"energy_change[{key}]", run["total"][-1] - run["total"][0], "J/m", 0.0)
+    scene.result(f"min_pressure[{key}]", run["lowest_pressure"].min(), "N/m, nodal force", 0.0, "eq. (6)")
+    scene.result(f"min_gap[{key}]", run["lowest_gap"].min(), "m", 0.0, "eq. (5)")
+    scene.result(f"max_coulomb_violation[{key}]", run["cone"].max(), "N/m, nodal force", 0.0, "eq. (7)")
+    scene.result(f"momentum_error[{key}]", run["momentum_error"].max(), "N s/m", 0.0, "weight and road")
