@@ -1,4 +1,4 @@
-.PHONY: demos reports pages test lint clean
+.PHONY: demos reports pages book test lint clean
 
 # One thread per process: two processes share two cores, and the run times reported are those of one core.
 export OMP_NUM_THREADS = 1
@@ -18,6 +18,16 @@ reports: .venv/ready
 # The pages again, and the table of the README, from the summaries of the last full runs.
 pages: .venv/ready
 	.venv/bin/python demos/reports --pages
+
+# The course as a site in results/book: lessons are executed where they or the code below them changed.
+# They run in their quick forms; SCENE_OPTIONS= runs them in full, which takes an hour or more.
+SCENE_OPTIONS = --quick
+book: .venv/book
+	SCENE_OPTIONS="$(SCENE_OPTIONS)" .venv/bin/python demos/book/build.py
+
+.venv/book: .venv/ready requirements-book.lock
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement requirements-book.lock
+	touch $@
 
 test: .venv/ready
 	.venv/bin/python -m pytest -n 2 --dist worksteal

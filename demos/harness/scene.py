@@ -7,6 +7,7 @@ one sentence (`harness.script_errors`); importing this changes nothing.
 import argparse
 import json
 import math
+import os
 import sys
 import tempfile
 import time
@@ -57,7 +58,7 @@ class Scene:
     ['summary.json']
     >>> folder.cleanup()
 
-    In a notebook the command line is the kernel's and is left alone.
+    In a notebook the command line is the kernel's; the options are those of the environment's SCENE_OPTIONS.
 
     Parameters
     ----------
@@ -90,7 +91,7 @@ class Scene:
             sys.excepthook = end_in_one_sentence
         self.name, self.description = name, description
         if arguments is None:
-            arguments = [] if _in_notebook() else sys.argv[1:]
+            arguments = os.environ.get("SCENE_OPTIONS", "").split() if _in_notebook() else sys.argv[1:]
         parser = _Parser(prog=name, description=description, allow_abbrev=False)
         parser.add_argument("--quick", action="store_true", help="smaller meshes and fewer steps")
         parser.add_argument("--out", metavar="DIR", default="results", help="output goes to DIR/%(prog)s")

@@ -1,0 +1,154 @@
+"""Build the book: execute the lessons, gather the pages, run Sphinx, check what came out.
+
+    python demos/book/build.py [--out DIR] [--no-execution]
+
+Everything is kept in DIR/../book-build, so that a lesson is executed again only if it or the code below it
+has changed.
+"""
+
+import argparse
+import hashlib
+import os
+import shutil
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import jupytext
+import nbformat
+from api_pages import write_api
+from benchmark_page import write_benchmarks
+from checked_site import check_site
+from contents import LESSONS, PAGES, contents
+from nbclient import NotebookClient
+from sphinx.cmd.build import build_main
+
+BOOK = Path(__file__).parent
+HOUSE = BOOK.parents[1]
+PACKAGES = ("geometry", "forms", "model", "demos/harness")
+# A notebook may lie anywhere: the harness is found from where the packages are.
+BEGIN = """import sys
+from pathlib import Path
+
+import model
+
+sys.path.append(str(Path(model.__file__).parents[1] / "demos"))"""
+# Figures tell what they show, for those who do not see them.
+DESCRIBE = """from alt_texts import describe_figures
+describe_figures()"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Build, and return 0 or what went wrong."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=HOUSE / "results" / "book")
+    parser.add_argument("--no-execution", action="store_true", help="lessons without their output")
+    options = parser.parse_args(arguments)
+    out = options.out.resolve()
+    work = out.with_name(out.name + "-build")
+    source = work / "source"
+    shutil.rmtree(source, ignore_errors=True)
+    shutil.copytree(BOOK, source, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+    (source / "notebooks").mkdir()
+
+    scripts = [*LESSONS, *PAGES]
+    if options.no_execution:
+        notebooks = [as_notebook(script) for script in scripts]
+    else:
+        with ProcessPoolExecutor(2) as pool:
+            notebooks = list(pool.map(executed, scripts, [work / "run" / script.stem for script in scripts]))
+    for script, notebook in zip(scripts, notebooks):
+        stage(script, notebook, source)
+        folder = work / "run" / script.stem / "book"  # what a page has written for the book
+        if folder.exists() and not options.no_execution:
+            shutil.copytree(folder, source / "_static" / script.stem)
+    contents(source)
+    write_api(source / "api")
+    form = os.environ.get("SCENE_OPTIONS", "") or "full"
+    write_benchmarks(source / "benchmarks.md", work / "run", HOUSE, form)
+
+    shutil.rmtree(out, ignore_errors=True)
+    failed = build_main(
+        ["-q", "-W", "--keep-going", "-c", str(BOOK), "-d", str(work / "doctrees"), str(source), str(out)]
+    )
+    faults = [] if failed else check_site(out, [] if options.no_execution else [s.stem for s in LESSONS])
+    print("\n".join(faults) or ("" if failed else f"The book is in {out}: open index.html."))
+    return failed or bool(faults)
+
+
+def as_notebook(script: Path) -> nbformat.NotebookNode:
+    """Read a lesson as a notebook without output that finds the harness wherever it lies."""
+    notebook = jupytext.read(script, fmt="py:percent")
+    begin = nbformat.v4.new_code_cell(BEGIN, metadata={"tags": ["remove-cell"]}, id="begin")
+    first = next(n for n, cell in enumerate(notebook.cells) if cell.cell_type == "code")
+    notebook.cells.insert(first, begin)
+    for number, cell in enumerate(notebook.cells):  # the same script gives the same file
+        cell["id"] = f"cell-{number}"
+    kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    notebook.metadata = nbformat.from_dict({"kernelspec": kernel})
+    return notebook
+
+
+def executed(script: Path, folder: Path) -> nbformat.NotebookNode:
+    """Execute a lesson in a folder of its own, unless it and the code below it are as they were.
+
+    Raises
+    ------
+    nbclient.exceptions.CellExecutionError
+        If a cell fails.
+    """
+    notebook = as_notebook(script)
+    key, known = fingerprint(script), folder / "fingerprint"
+    done = folder / f"{script.stem}.ipynb"
+    if known.exists() and known.read_text() == key:
+        return nbformat.read(done, as_version=4)
+    print(f"executing {script.name}", flush=True)
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    os.environ["PYTHONPATH"] = str(HOUSE)  # the packages of this checkout
+    notebook.cells.insert(
+        0, nbformat.v4.new_code_cell(f"import sys\nsys.path.append({str(BOOK)!r})\n{DESCRIBE}")
+    )
+    NotebookClient(notebook, timeout=None, resources={"metadata": {"path": str(folder)}}).execute()
+    del notebook.cells[0]
+    nbformat.write(notebook, done)
+    known.write_text(key)
+    return notebook
+
+
+def fingerprint(script: Path) -> str:
+    """Return what changes as soon as the lesson, the packages, or the way of executing change."""
+    files = [script, Path(__file__), BOOK / "alt_texts.py"]
+    files += sorted(file for package in PACKAGES for file in (HOUSE / package).rglob("*.py"))
+    digest = hashlib.sha256(os.environ.get("SCENE_OPTIONS", "").encode())
+    for file in files:
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def stage(script: Path, notebook: nbformat.NotebookNode, source: Path) -> None:
+    """Write a lesson as page, and for download without and with output."""
+    name = script.stem
+    nbformat.write(as_notebook(script), source / "notebooks" / f"{name}.ipynb")
+    nbformat.write(notebook, source / "notebooks" / f"{name}_with_output.ipynb")
+    shutil.copy(script, source / "notebooks" / script.name)
+    page = nbformat.from_dict(notebook)
+    for cell in page.cells:
+        texts = [
+            output["metadata"].get("image/png", {}).get("alt")
+            for output in cell.get("outputs", [])
+            if "image/png" in output.get("data", {})
+        ]
+        if any(texts):
+            cell.metadata["mystnb"] = {"image": {"alt": " ".join(filter(None, texts))}}
+    links = (
+        f"{{.downloads}}\nDownload this lesson: {{download}}`as a notebook <notebooks/{name}.ipynb>`, "
+        f"{{download}}`with its output <notebooks/{name}_with_output.ipynb>`, "
+        f"{{download}}`as a script <notebooks/{name}.py>`."
+    )
+    page.cells.insert(1, nbformat.v4.new_markdown_cell(links, id="links"))
+    nbformat.write(page, source / f"{name}.ipynb")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
