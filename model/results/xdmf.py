@@ -27,6 +27,7 @@ if "petsc4py.PETSc" not in sys.modules:  # before PETSc: otherwise the two load 
     import h5py  # isort: skip  # noqa: F401
 import basix.ufl  # isort: skip
 from dolfinx import fem, io  # isort: skip
+from dolfinx import mesh as dolfinx_mesh  # isort: skip
 from mpi4py import MPI  # isort: skip
 
 Fields = Mapping[str, np.ndarray]
@@ -44,6 +45,34 @@ class HasMesh(Protocol):
     @property
     def mesh(self) -> Any:
         """The dolfinx mesh."""
+
+
+class FacetMesh:
+    """A mesh of facets, segments in the plane or triangles in space, that can be written as a body is.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, dim)
+    facets : ndarray of int, shape (m, dim)
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> len(FacetMesh(square, np.array([[0, 1], [1, 2], [2, 3], [3, 0]])).mesh.geometry.x)
+    4
+    """
+
+    def __init__(self, points: np.ndarray, facets: np.ndarray):
+        dim = points.shape[1]
+        used, facets = np.unique(facets, return_inverse=True)
+        cell = {2: "interval", 3: "triangle"}[dim]
+        element = basix.ufl.element(
+            "Lagrange", cell, 1, shape=(dim,), lagrange_variant=basix.LagrangeVariant.equispaced
+        )
+        self.mesh = dolfinx_mesh.create_mesh(
+            MPI.COMM_SELF, cells=facets.reshape(-1, dim).astype(np.int64), x=points[used], e=element
+        )
+        self.order = used[self.mesh.geometry.input_global_indices]  # point of each node of the mesh
 
 
 def on_body(count: int, nodes: np.ndarray, values: np.ndarray, elsewhere: float = 0.0) -> np.ndarray:
