@@ -248,5 +248,4 @@ for nodes in (31, 63, 127, 255):
 # - P. Wriggers, *Computational Contact Mechanics*, 2nd ed., Springer, 2006.
 
 # %%
-scene.cost(**solution.cost(), assembly_seconds=0.0)
-scene.finish()
+scene.finish(solution)

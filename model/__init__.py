@@ -24,6 +24,8 @@ from model.recording.history import History
 from model.recording.time_loop import march
 from model.recording.wave_resolution import UnresolvedWaves
 from model.results.body_on_road import BodyOnRoad
+from model.results.road_surface import write_road
+from model.results.vtkhdf import write_vtkhdf
 from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged
 
@@ -57,4 +59,6 @@ __all__ = [
     "static_kinetic",
     "stribeck",
     "viscous",
+    "write_road",
+    "write_vtkhdf",
 ]

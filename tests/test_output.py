@@ -224,3 +224,23 @@ def test_values_are_spread_over_the_body():
     assert on_body(4, np.array([2, 0]), np.array([5.0, 6.0])).tolist() == [6, 0, 5, 0]
     assert on_body(3, np.array([1]), np.array([2]), elsewhere=-1).tolist() == [-1, 2, -1]
     assert on_body(2, np.array([1]), np.array([[2.0, 3.0]])).tolist() == [[0, 0], [2, 3]]
+
+
+def test_vtkhdf_holds_the_same_series(body, tmp_path):
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    from model.results.vtkhdf import write_vtkhdf
+
+    series = Series(tmp_path / "ring.xdmf", body)
+    for t in (0.0, 0.1, 0.25):
+        series.write(t, *fields(body, t))
+    reader = vtkHDFReader()
+    reader.SetFileName(str(write_vtkhdf(tmp_path / "ring.xdmf")))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == 3
+    for step, t in enumerate((0.0, 0.1, 0.25)):
+        reader.SetStep(step)
+        reader.Update()
+        assert_same(pyvista.wrap(reader.GetOutput()), body, t)
+    with pytest.raises(ValueError, match="no XDMF file"):
+        write_vtkhdf(tmp_path / "other.xdmf")
