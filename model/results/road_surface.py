@@ -108,7 +108,7 @@ def _lines(axes: list[np.ndarray], gap: np.ndarray) -> tuple[np.ndarray, np.ndar
     """Segments of the lines of gap zero in the plane."""
     from contourpy import contour_generator
 
-    lines: list[Any] = contour_generator(*axes, gap.T).lines(0.0)
+    lines: Any = contour_generator(axes[0], axes[1], gap.T).lines(0.0)
     points = np.concatenate([np.empty((0, 2)), *lines])
     ends = np.cumsum([len(line) for line in lines])
     first = np.setdiff1d(np.arange(len(points)), ends - 1)

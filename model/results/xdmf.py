@@ -66,7 +66,7 @@ class FacetMesh:
         dim = points.shape[1]
         used, facets = np.unique(facets, return_inverse=True)
         cell = {2: "interval", 3: "triangle"}[dim]
-        element = basix.ufl.element(
+        element: Any = basix.ufl.element(
             "Lagrange", cell, 1, shape=(dim,), lagrange_variant=basix.LagrangeVariant.equispaced
         )
         self.mesh = dolfinx_mesh.create_mesh(
