@@ -125,6 +125,13 @@ def check_space(V: fem.FunctionSpace) -> None:
         raise ValueError(f"The space has values of the shape {shape}; displacements need {wanted}.")
 
 
+def node_positions(V: fem.FunctionSpace) -> np.ndarray:
+    """Return the positions (N, dim) of a space's nodes: the mesh's own, without a rounding error."""
+    positions = np.empty((V.dofmap.index_map.size_local, V.mesh.topology.dim))
+    positions[V.dofmap.list] = V.mesh.geometry.x[compat.geometry_dofmap(V.mesh)][:, :, : positions.shape[1]]
+    return positions
+
+
 def matrix(form: Any) -> sparse.bsr_array:
     """Assemble a bilinear form; blocked if the space is."""
     A = fem.assemble_matrix(form if isinstance(form, fem.Form) else fem.form(form, dtype=np.float64))

@@ -16,7 +16,15 @@ import ufl  # isort: skip
 from dolfinx import fem  # isort: skip
 from dolfinx import mesh as dolfinx_mesh  # isort: skip
 
-from forms.assembly import at_midpoints, check_space, compiled, space_of, symmetric_matrix, vector
+from forms.assembly import (
+    at_midpoints,
+    check_space,
+    compiled,
+    node_positions,
+    space_of,
+    symmetric_matrix,
+    vector,
+)
 from forms.transfer import nested_prolongations
 
 FACET_DEGREE = 3
@@ -81,7 +89,7 @@ class System:
     @cached_property
     def points(self) -> np.ndarray:
         """Positions (N, dim) of the nodes of the space."""
-        return np.ascontiguousarray(self.space.tabulate_dof_coordinates()[:, : self.fixed.shape[1]])
+        return node_positions(self.space)
 
     def expand(self, u: np.ndarray) -> np.ndarray:
         """Return displacements (N, dim) of the space's nodes from those of the system (R, dim)."""
@@ -335,7 +343,7 @@ def constrained(
             f"{np.count_nonzero(bare)} unknowns have no stiffness, the first at node {node}; integrate a(u, "
             "v) over the whole mesh, or prescribe them."
         )
-    coordinates = np.ascontiguousarray(space.tabulate_dof_coordinates()[:, :dim])
+    coordinates = node_positions(space)
     if tied:
         counts = np.bincount(node_of, minlength=R)[:, None]
         coordinates = _summed(coordinates, node_of, R) / counts

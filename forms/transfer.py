@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.spatial import cKDTree
 
-from geometry import compat  # noqa: F401  (before dolfinx)
+from forms.assembly import node_positions
 from geometry.body import narrow
 from geometry.grid import PATTERN, number_rows
 
@@ -59,9 +59,7 @@ def _space(mesh: Any) -> Any:
 
 
 def _nodes_and_cells(V: fem.FunctionSpace) -> tuple[np.ndarray, np.ndarray, str]:
-    mesh = V.mesh
-    points = V.tabulate_dof_coordinates()[:, : mesh.topology.dim]
-    return points, np.asarray(V.dofmap.list), mesh.topology.cell_name()
+    return node_positions(V), np.asarray(V.dofmap.list), V.mesh.topology.cell_name()
 
 
 def _means(cells: np.ndarray, cell: str) -> sparse.csr_array:

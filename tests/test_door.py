@@ -8,7 +8,19 @@ import pytest
 import forms
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, SmoothRoad, rectangle
-from model import BodyOnRoad, ContactProblem, follow, solve
+from model import (
+    BeyondLinear,
+    BodyOnRoad,
+    CentralDifferences,
+    ContactProblem,
+    MassRedistribution,
+    MovingBody,
+    Newmark,
+    follow,
+    solve,
+)
+from model.dynamics.schemes import IMPLICIT
+from model.results.xdmf import Series
 
 import basix.ufl  # isort: skip
 import ufl  # isort: skip
@@ -389,3 +401,110 @@ def test_without_a_stress_the_file_is_written_and_it_is_said(tmp_path):
     with pytest.warns(UserWarning, match="without stress"):
         contact.write(tmp_path / "a.xdmf", solution)
     assert "contact_pressure" in (tmp_path / "a.xdmf").read_text()
+
+
+SCHEMES = [*IMPLICIT.values(), CentralDifferences]
+
+
+def dynamic_scene(twin, load, update=None):
+    """The user's scene with mass and Rayleigh's damping, in motion."""
+    density = fem.Constant(twin.domain, 2.0)
+    m = density * ufl.inner(twin.u, twin.v) * ufl.dx
+    system = forms.assemble(twin.a, load, twin.bcs, mass=m, damping=0.3 * m + 1e-3 * twin.a, update=update)
+    contact = BodyOnRoad(system, facets=twin.tags.find(BOTTOM), road=Plane((0.0, -0.002)), friction=0.3)
+    return contact, MovingBody.from_contact(contact)
+
+
+@pytest.mark.parametrize("scheme", IMPLICIT.values())
+def test_time_steps_agree_with_the_ready_made_forms(twin, scheme, tmp_path):
+    contact, moving = dynamic_scene(twin, twin.L, lambda t: _set(twin, t))
+    load = twin.elasticity.body_force((1.0, -2.0))
+    reference = MovingBody.from_forms(
+        twin.elasticity,
+        2.0,
+        lambda t: t * load,
+        Plane((0.0, -0.002)),
+        "bottom",
+        twin.support(y=lambda t: -0.02 * t),
+        damping=(0.3, 1e-3),
+        friction=0.3,
+    )
+    ours, theirs = scheme(moving, 0.02, tolerance=1e-13), scheme(reference, 0.02, tolerance=1e-13)
+    state, expected = ours.start(), theirs.start()
+    points = contact.system.points
+    order = [twin.here[tuple(np.round(x, 9))] for x in points]
+    for _ in range(20):
+        state, expected = ours.step(state), theirs.step(expected)
+        scale = 0.02 * state.time
+        np.testing.assert_allclose(
+            state.displacement, expected.displacement[order], rtol=0, atol=1e-12 * scale
+        )
+    assert state.count > 0
+    top = np.isclose(points[:, 1], 1.0)
+    np.testing.assert_allclose(state.displacement[top, 1], -0.02 * state.time, atol=1e-16)
+    np.testing.assert_allclose(state.velocity[top, 1], -0.02, rtol=1e-10)
+    np.testing.assert_allclose(state.acceleration[top, 1], 0.0, atol=1e-9)
+    series = Series(tmp_path / "series.xdmf", contact)
+    series.write(state.time, *contact.fields(state))
+    assert contact.fields(state)[0]["contact_pressure"].max() > 0.0
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_supports_that_are_not_at_zero_are_held(scheme):
+    body = Body.from_grid(rectangle(1.0, 1.0, 4, 4))
+    elasticity = Elasticity(body, Isotropic(100.0, 0.3))
+    support = Support(body).fix("top", x=0.0, y=-0.01)
+    system = elasticity.system(elasticity.body_force((0.0, -1.0)), support, density=1.0)
+    contact = BodyOnRoad(system, "bottom", Plane())
+    integrator = scheme(MovingBody.from_contact(contact), 0.002)
+    top = body.nodes("top")
+    state = integrator.start()
+    for _ in range(30):
+        assert (state.displacement[top] == (0.0, -0.01)).all()
+        assert not state.velocity[top].any() and not state.acceleration[top].any()
+        state = integrator.step(state)
+    # from the static solution nothing moves
+    solution = solve(contact, tolerance=1e-13)
+    state = integrator.start(solution.displacement)
+    for _ in range(30):
+        state = integrator.step(state)
+    scale = np.abs(solution.displacement).max()
+    still = 2e-4 if scheme is MassRedistribution else 1e-9
+    np.testing.assert_allclose(state.displacement, solution.displacement, atol=still * scale)
+    with pytest.raises(ValueError, match="is prescribed there"):
+        integrator.start(np.zeros_like(body.coordinates))
+
+
+@pytest.mark.parametrize("scheme", IMPLICIT.values())
+def test_a_shaken_support_moves_the_body_to_second_order_in_dt(scheme):
+    """A slice that cannot strain sideways, shaken from above, against the same with short steps."""
+    body = Body.from_grid(rectangle(1.0, 1.0, 1, 4))
+    elasticity = Elasticity(body, Isotropic(1.0, 0.0))
+    ends = []
+    for steps in (40, 80, 320):
+        support = Support(body).fix("top", x=0.0, y=lambda t: 0.01 * (1.0 - np.cos(2.0 * t)))
+        system = elasticity.system(np.zeros_like(body.coordinates), support, density=1.0)
+        contact = BodyOnRoad(system, "bottom", Plane((0.0, -10.0)))
+        integrator = scheme(MovingBody.from_contact(contact), 2.0 / steps)
+        ends.append(integrator.run(integrator.start(), steps).displacement[:, 1])
+    coarse, fine = (np.abs(end - ends[2]).max() for end in ends[:2])
+    assert fine < 0.01 * np.abs(ends[2]).max()
+    assert coarse / fine > 3.5
+
+
+def test_a_run_says_once_that_linear_strain_is_left():
+    body = Body.from_grid(rectangle(1.0, 1.0, 2, 2, corner=(0.0, 1.0)))
+    elasticity = Elasticity(body, Isotropic(1e4, 0.3))
+    scheme = Newmark(
+        MovingBody.from_forms(elasticity, 1.0, np.zeros_like(body.coordinates), Plane(), "bottom"), 0.01
+    )
+    turning = np.stack([-(body.coordinates[:, 1] - 1.5), body.coordinates[:, 0] - 0.5], axis=1)
+    with pytest.warns(BeyondLinear, match="rotation 0.1") as said:
+        scheme.run(scheme.start(velocity=turning), 30)
+    assert len(said) == 1
+
+
+def test_a_system_without_mass_cannot_be_set_in_motion(twin):
+    contact = BodyOnRoad(forms.assemble(twin.a), twin.tags.find(BOTTOM), Plane())
+    with pytest.raises(ValueError, match="mass=m"):
+        MovingBody.from_contact(contact)

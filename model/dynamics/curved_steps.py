@@ -48,6 +48,7 @@ class FollowsRoad(TimeIntegrator):
         guessed = was + moved[nodes]
         sticking = None if step.loop.friction is None else was
         near = ON_ROAD * float(np.ptp(self.body.coordinates, axis=0).max())
+        b = self.driven(before, moved, b, solver)
         since = (*self.ground(before), was) if isinstance(self, Midpoint) and solver == "step" else None
         planes = RoadPlanes(self.body.road, guessed, sticking, softness(step.loop), near, since)
         last, touch = before, None

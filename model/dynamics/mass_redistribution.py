@@ -76,6 +76,7 @@ class MassRedistribution(Midpoint):
         a[:] = mass_inverse(self.M, self.body.missing_force(0.0, state.displacement, v))
         follow = (self.body.K @ a.ravel()).reshape(a.shape)[nodes]
         a[nodes] = -spsolve(csc_array(self._own), follow.ravel()).reshape(follow.shape)
+        self.supported(state)
         state.memory = v[nodes] - (0.5 * self.dt) * a[nodes]
         return state
 

@@ -1,7 +1,7 @@
 """A body in motion above a road: the semi-discrete equation M u'' + C u' + K u = load + contact forces."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,6 +11,7 @@ from scipy.sparse import bsr_array, issparse
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_laws import FrictionLaw, coulomb
 from model.node_loop.node_loop import uncoupled_unknowns
+from model.problem.linear_limits import LinearLimits
 from model.problem.rigid_modes import rigid_motions
 
 Load = np.ndarray | Callable[[float], np.ndarray]
@@ -26,9 +27,10 @@ class MovingBody:
     ----------
     M, K : sparse (N d, N d)
         Mass and stiffness, symmetric; a prescribed unknown keeps a row and column with a lone diagonal entry
-        in every matrix, and stays at its initial value.
+        in every matrix.
     load : (N, d), or callable of the time that returns it
-        Nodal forces; at a prescribed unknown, diagonal entry of K times its value.
+        Nodal forces; at a prescribed unknown, diagonal entry of K times its value: so supports are held, or
+        moved as a function of time, their velocity and acceleration by differences over a step.
     coordinates : (N, d)
         Node positions at zero displacement.
     contact_nodes : (n,)
@@ -44,11 +46,28 @@ class MovingBody:
         Nested meshes, finest first; for the multigrid correction only.
     node_of : (nodes of the mesh,), optional
         Node that each node of a mesh has become where platens tie some together; default the node itself.
+    support_force : callable, optional
+        Of velocity and acceleration (N, d) of moving supports: what their inertia and damping put on the free
+        unknowns, (N, d).
+    limits : LinearLimits, optional
+        Looks at the displacement after each step, and says once where linear strain is not true to it.
 
     Raises
     ------
     ValueError
         If matrices or load do not fit the nodes or are not finite.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import MovingBody, Newmark
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.01)
+    >>> state = scheme.run(scheme.start(), 3)
+    >>> state.step, bool(state.gap.min() == 0.0)
+    (3, True)
     """
 
     M: Any
@@ -61,6 +80,8 @@ class MovingBody:
     friction: FrictionLaw | float | None = None
     prolongations: Any = ()
     node_of: np.ndarray | None = None
+    support_force: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+    limits: Any = None
     dim: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -91,57 +112,88 @@ class MovingBody:
             raise ValueError(f"The load must be {N} x {self.dim} finite nodal forces.")
 
     @classmethod
+    def from_contact(cls, contact: Any) -> "MovingBody":
+        """Set a scene of statics in motion.
+
+        Parameters
+        ----------
+        contact : BodyOnRoad
+            Of a system with mass, and damping if there is any:
+            `forms.assemble(a, L, bcs, mass=m, damping=c)`. Supports are those of the system, in all matrices.
+            A load or prescribed displacements that depend on time are read at the times of the steps.
+
+        Raises
+        ------
+        ValueError
+            If the system has no mass.
+
+        Examples
+        --------
+        >>> from forms import Elasticity, Isotropic, Support
+        >>> from geometry import Body, Plane, rectangle
+        >>> from model import BodyOnRoad, MassRedistribution
+        >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 4)), Isotropic(E=1e4, nu=0.3))
+        >>> support = Support(elasticity.body).fix("top", x=0.0, y=lambda t: -0.01 * t)
+        >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support, density=1.0)
+        >>> body = MovingBody.from_contact(BodyOnRoad(system, "bottom", Plane()))
+        >>> scheme = MassRedistribution(body, dt=0.01)
+        >>> state = scheme.run(scheme.start(), 10)
+        >>> float(state.displacement[:, 1].min().round(6))
+        -0.001
+        """
+        return cls._of(contact.system, contact.nodes, contact.road, contact.problem.friction, contact.limits)
+
+    @classmethod
     def from_forms(
         cls,
         elasticity: Any,
         density: float,
-        load: np.ndarray,
+        load: Load,
         road: Any,
-        boundary: str,
+        boundary: str | Sequence[str],
         support: Any = None,
         damping: tuple[float, float] | None = None,
         friction: FrictionLaw | float | None = None,
     ) -> "MovingBody":
         """Assemble mass, stiffness and, if asked for, damping of an elastic body.
 
-        >>> MovingBody.from_forms(elasticity, 1.0, load, Plane(), "outer", friction=0.1)  # doctest: +SKIP
-
         Parameters
         ----------
         elasticity : forms.Elasticity
         density : float
             Mass per volume.
-        load : (nodes of the mesh, d)
+        load : (nodes of the mesh, d), or callable of the time that returns it
             Nodal forces.
         road : Road
-        boundary : str
+        boundary : str or sequence of str
             Boundary that may touch; nodes that a platen shares with it are left out.
         support : forms.Support, optional
         damping : (alpha, beta), optional
             Rayleigh's, C = alpha M + beta K.
         friction : FrictionLaw, float or None
         """
-        body = elasticity.body
-        nodes, nothing = body.nodes(boundary), np.zeros_like(load)
-        K, M = elasticity.stiffness(), elasticity.mass(density)
-        C = None if damping is None else elasticity.damping(*damping, density)
-        if support is None:
-            return cls(M, K, load, body.coordinates, nodes, road, C, friction, body.prolongations)
-        system = support.apply(K, load)
-        M = support.apply(M, nothing).A
-        C = None if C is None else support.apply(C, nothing).A
-        nodes = nodes[np.bincount(system.node_of)[system.node_of[nodes]] == 1]
+        system = elasticity.system(load, support, density, damping)
+        limits = LinearLimits(system.shape_gradients, system.cells)
+        return cls._of(system, system.candidates(boundary)[0], road, friction, limits)
+
+    @classmethod
+    def _of(cls, system: Any, nodes: np.ndarray, road: Any, friction: Any, limits: Any) -> "MovingBody":
+        if system.M is None:
+            raise ValueError("The system has no mass; give forms.assemble(..., mass=m) the form m(u, v).")
+        tied = len(system.node_of) > len(system.coordinates)
         return cls(
-            M,
+            system.M,
             system.A,
-            system.load,
+            system.load_at if system.varies else system.load_at(),
             system.coordinates,
             system.node_of[nodes],
             road,
-            C,
+            system.C,
             friction,
             system.prolongations,
-            system.node_of,
+            system.node_of if tied else None,
+            system.support_force if system.varies else None,
+            limits,
         )
 
     def expand(self, values: np.ndarray) -> np.ndarray:
@@ -154,12 +206,48 @@ class MovingBody:
         return np.asarray(force, dtype=np.float64)
 
     def missing_force(self, time: float, u: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
-        """Load less elastic and damping forces, (N, d), at displacement `u` and velocity `v` (N, d)."""
+        """Load less elastic and damping forces, (N, d), at displacement `u` and velocity `v` (N, d).
+
+        None is missing at prescribed unknowns.
+        """
         r = np.empty(u.shape)
         self._defect(self._K, self.load_at(time), self._strained(u), r)
         if self._C is not None and v is not None:
             self._defect(self._C, r.copy(), v, r)
+        if self.supported:
+            r[self.prescribed] = 0.0
         return r
+
+    def prescribed_at(self, time: float) -> np.ndarray:
+        """Displacements (N, d) of prescribed unknowns at a time, 0 at others."""
+        if not self.supported:
+            return np.zeros_like(self.coordinates)
+        diagonal = self.K.diagonal().reshape(self.coordinates.shape)
+        return np.where(self.prescribed, self.load_at(time) / diagonal, 0.0)
+
+    def prescribed_rates(self, time: float, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Velocity and acceleration (N, d) of prescribed unknowns, by differences of second order over dt.
+
+        Central ones; at the start, before which nothing is known of the motion, forward ones.
+        """
+        if not (self.supported and callable(self.load)):
+            return np.zeros_like(self.coordinates), np.zeros_like(self.coordinates)
+        h, before = 0.5 * dt, time < 0.5 * dt
+        g = [self.prescribed_at(time + h * k) for k in ((0, 1, 2, 3) if before else (-1, 0, 1))]
+        if before:
+            return (4.0 * g[1] - 3.0 * g[0] - g[2]) / dt, (2.0 * g[0] - 5.0 * g[1] + 4.0 * g[2] - g[3]) / h**2
+        return (g[2] - g[0]) / dt, (g[0] - 2.0 * g[1] + g[2]) / h**2
+
+    def in_steps(self, dt: float) -> "MovingBody":
+        """Return the body with the inertia and damping of moving supports in its load, for steps of dt."""
+        force = self.support_force
+        if force is None or not self.supported:
+            return self
+
+        def load(time: float) -> np.ndarray:
+            return self.load_at(time) + force(*self.prescribed_rates(time, dt))
+
+        return replace(self, load=load, support_force=None)
 
     def strain_energy(self, u: np.ndarray) -> float:
         """Elastic energy at displacement u (N, d)."""
@@ -180,6 +268,11 @@ class MovingBody:
     def prescribed(self) -> np.ndarray:
         """Which unknowns (N, d) are prescribed."""
         return uncoupled_unknowns(self._K)
+
+    @cached_property
+    def supported(self) -> bool:
+        """Whether any unknown is prescribed."""
+        return bool(self.prescribed.any())
 
     @cached_property
     def floats(self) -> bool:

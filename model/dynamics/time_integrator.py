@@ -219,7 +219,7 @@ class TimeIntegrator(ABC):
     def __init__(self, body: MovingBody, dt: float, correction: str = "direct", tolerance: float = 1e-10):
         if not (np.isfinite(dt) and dt > 0.0):
             raise ValueError(f"dt is {dt}, but a time step is a finite number > 0.")
-        self.body, self.dt = body, float(dt)
+        self.body, self.dt = body.in_steps(dt), float(dt)
         self.correction, self.tolerance = correction, tolerance
         self.M = self.mass()
         self.posed: Any = None  # guess, missing force and outcome of the last contact problem
@@ -262,15 +262,27 @@ class TimeIntegrator(ABC):
         Parameters
         ----------
         displacement, velocity : (N, d), optional
-            Default zero.
+            Default zero. Prescribed unknowns start where, and as fast as, their motion does at time 0.
 
         Raises
         ------
         ValueError
-            If they do not fit the body or are not finite, or a node starts below the road.
+            If they do not fit the body or are not finite, a prescribed unknown is given another displacement,
+            or a node starts below the road.
         """
         body = self.body
         u, v = _initial("displacement", displacement, body), _initial("velocity", velocity, body)
+        if body.supported:
+            g = body.prescribed_at(0.0)
+            off = np.where(body.prescribed, np.abs(u - g), 0.0)
+            if displacement is not None and off.max() > 1e-12 * body.size:
+                node, axis = np.unravel_index(int(np.argmax(off)), off.shape)
+                raise ValueError(
+                    f"The initial displacement of node {node} is {u[node, axis]:g} along {'xyz'[axis]}, but "
+                    f"{g[node, axis]:g} is prescribed there; start where the supports are."
+                )
+            u = np.where(body.prescribed, g, u)
+            v = np.where(body.prescribed, body.prescribed_rates(0.0, self.dt)[0], v)
         gap, normal = body.gaps(u)
         worst = int(np.argmin(gap))
         if not gap[worst] > -1e-12 * body.size:
@@ -280,7 +292,8 @@ class TimeIntegrator(ABC):
             )
         gap = np.where(gap < 1e-12 * body.size, 0.0, gap)
         a, force, status = self.accelerate(u, v, gap, normal)
-        return State(0, 0.0, u, v, a, force, gap, status, force.copy(), count=int(np.count_nonzero(status)))
+        count = int(np.count_nonzero(status))
+        return self.supported(State(0, 0.0, u, v, a, force, gap, status, force.copy(), count=count))
 
     def accelerate(
         self, u: np.ndarray, v: np.ndarray, gap: np.ndarray, normal: np.ndarray
@@ -299,9 +312,29 @@ class TimeIntegrator(ABC):
         gap, normal = self.ground(before)
         there = moved[self.body.contact_nodes]
         advance(gap, normal, there)
+        b = self.driven(before, moved, b, solver)
         touch = self.solvers[solver].solve(b, gap, normal, -there, before)
         self.posed = moved, b, touch
         return touch
+
+    def driven(self, before: State, moved: np.ndarray, b: np.ndarray, solver: str) -> np.ndarray:
+        """Return b (N, d) such that prescribed unknowns end the step where their motion is then."""
+        body = self.body
+        if not body.supported:
+            return b
+        diagonal = np.einsum("naa->na", self.solvers[solver].loop.diagonal)
+        missing = body.prescribed_at((before.step + 1) * self.dt) - before.displacement - moved
+        return np.where(body.prescribed, diagonal * missing, b)
+
+    def supported(self, state: State) -> State:
+        """Return the state, displacement, velocity and acceleration of supports set in place."""
+        body = self.body
+        if body.supported:
+            rates = body.prescribed_rates(state.time, self.dt)
+            known = (body.prescribed_at(state.time), *rates)
+            for values, prescribed in zip((state.displacement, state.velocity, state.acceleration), known):
+                values[body.prescribed] = prescribed[body.prescribed]
+        return state
 
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) and normal (n, d) under the body; gaps of nodes that touch are 0, whatever rounding."""
@@ -311,7 +344,7 @@ class TimeIntegrator(ABC):
 
     def after(self, before: State, touch: Touch, began: float, **fields: Any) -> State:
         """Return the state that ends a step begun at perf_counter() = `began`."""
-        return State(
+        state = State(
             step=before.step + 1,
             time=(before.step + 1) * self.dt,
             contact_force=touch.force,
@@ -323,6 +356,9 @@ class TimeIntegrator(ABC):
             seconds=perf_counter() - began,
             **fields,
         )
+        if self.body.limits is not None:
+            self.body.limits.look(self.body.expand(state.displacement))
+        return self.supported(state)
 
     def mean_load(self, before: State) -> np.ndarray:
         """Nodal forces (N, d) that the scheme works with in the step after `before`."""

@@ -1,11 +1,13 @@
 """Where linear strain stops being true: large strains, and rotations, which it takes for strains."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 from numba import njit
 
 STRAIN = 0.05
+PACKAGE = str(Path(__file__).parents[1])  # a warning points to the line that called the package
 ROTATION = 0.1  # rad; a rotation by t counts as a stretch by t^2/2
 
 
@@ -33,10 +35,10 @@ def linear_limits(gradient: np.ndarray) -> tuple[float, float]:
     BeyondLinear
         With the numbers.
     """
-    return _exceeded(gradient, 4)[:2]
+    return _exceeded(gradient)[:2]
 
 
-def _exceeded(gradient: np.ndarray, stacklevel: int) -> tuple[float, float, bool]:
+def _exceeded(gradient: np.ndarray) -> tuple[float, float, bool]:
     """Return largest strain and rotation, and whether they had to be warned of."""
     across = gradient.transpose(0, 2, 1)
     strain = float(np.abs(np.linalg.eigvalsh((gradient + across) / 2)).max())
@@ -48,7 +50,7 @@ def _exceeded(gradient: np.ndarray, stacklevel: int) -> tuple[float, float, bool
             f"The largest strain is {strain:.2g} and the largest rotation {rotation:.2g} rad, but linear "
             f"strain is true only well below {STRAIN} and {ROTATION}: this is the linear model's answer.",
             BeyondLinear,
-            stacklevel=stacklevel,
+            skip_file_prefixes=(PACKAGE,),
         )
     return strain, rotation, beyond
 
@@ -78,7 +80,7 @@ class LinearLimits:
         self.shape_gradients, self.cells = shape_gradients, np.asarray(cells)
         self.said = False
 
-    def look(self, u: np.ndarray, stacklevel: int = 3) -> None:
+    def look(self, u: np.ndarray) -> None:
         """Look at displacements u (N, d) of the nodes; warn (BeyondLinear) where it is the first time."""
         if self.said:
             return
@@ -86,7 +88,7 @@ class LinearLimits:
         if strain <= STRAIN and rotation <= ROTATION:
             return
         gradient = np.einsum("cki,ckj->cij", u[self.cells], self.shape_gradients)
-        self.said = _exceeded(gradient, stacklevel + 1)[2]
+        self.said = _exceeded(gradient)[2]
 
 
 @njit(cache=True, error_model="numpy")

@@ -118,7 +118,8 @@ class Ledger:
 
 def energies(integrator: TimeIntegrator, state: State) -> tuple[float, float, float]:
     """Kinetic, strain and load energy of a state."""
-    body, v = integrator.body, state.velocity.ravel()
+    body = integrator.body
+    v = np.where(body.prescribed, 0.0, state.velocity).ravel()  # supports are driven, not carried on
     potential = -float(np.vdot(body.load_at(state.time), state.displacement))
     return 0.5 * float(v @ (integrator.M @ v)), body.strain_energy(state.displacement), potential
 
