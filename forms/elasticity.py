@@ -262,6 +262,12 @@ def _materials(
     body: Body, material: Material | Mapping[str, Material]
 ) -> tuple[list[str], list[Material], np.ndarray]:
     """Return names of regions, their materials, and which of them each cell has."""
+    for one in material.values() if isinstance(material, Mapping) else [material]:
+        if not isinstance(one, Isotropic | Anisotropic):
+            raise ValueError(
+                f"The material is {material!r}; give Isotropic(E=..., nu=...), Anisotropic(matrix), or "
+                "{name of a region: one of these}."
+            )
     if not isinstance(material, Mapping):
         return [], [material], np.zeros(len(body.cells), dtype=int)
     unknown = set(material) - set(body.regions)

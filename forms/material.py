@@ -16,7 +16,10 @@ class Isotropic:
         if not (np.isfinite(E) and E > 0):
             raise ValueError(f"Young's modulus E is {E}; it must be positive.")
         if not -1 < nu < 0.5:
-            raise ValueError(f"Poisson's ratio nu is {nu}; it must lie between -1 and 0.5, both excluded.")
+            hint = " (rubber: nu = 0.499, with mean_dilatation=True in Elasticity)" if nu == 0.5 else ""
+            raise ValueError(
+                f"Poisson's ratio nu is {nu}; it must lie between -1 and 0.5, both excluded{hint}."
+            )
         self.E, self.nu = float(E), float(nu)
 
     def matrix(self, kinematics: str) -> np.ndarray:

@@ -17,6 +17,7 @@ from geometry.obstacles.road_file import read_samples
 from geometry.obstacles.round_road import RoundRoad
 from geometry.obstacles.smooth_road import SmoothRoad
 from geometry.obstacles.surface_road import PolylineRoad, SurfaceRoad
+from geometry.obstacles.topography import read_topography, samples_of
 
 __all__ = [
     "Body",
@@ -41,8 +42,10 @@ __all__ = [
     "read_mesh",
     "read_msh",
     "read_samples",
+    "read_topography",
     "rectangle",
     "ring",
+    "samples_of",
     "shifted",
     "tread_block",
 ]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, Grid, Plane, half_cylinder, rectangle
+from geometry import Body, Grid, LinearRoad, Plane, box, half_cylinder, rectangle
 from model import BodyOnRoad, ContactProblem, solve
 
 
@@ -30,6 +30,29 @@ def test_modulus(E):
 def test_poisson_ratio(nu):
     with pytest.raises(ValueError, match="nu"):
         Isotropic(1.0, nu)
+
+
+def test_incompressible():
+    with pytest.raises(ValueError, match="nu is 0.5; .*mean_dilatation=True"):
+        Isotropic(1.0, 0.5)
+
+
+@pytest.mark.parametrize("material", [{"E": 1.0, "nu": 0.3}, (1.0, 0.3), {"soft": 3.0}, None])
+def test_materials_that_are_none(elasticity, material):
+    with pytest.raises(ValueError, match=r"give Isotropic\(E=..., nu=...\)"):
+        Elasticity(elasticity.body, material)
+
+
+def test_roads_of_another_dimension(elasticity):
+    system = Support(elasticity.body).apply(elasticity.stiffness(), np.zeros((9, 2)))
+    places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+    with pytest.raises(ValueError, match="LinearRoad has 3 dimensions"):
+        BodyOnRoad(elasticity, system, LinearRoad(places, np.zeros(3)), "bottom")
+    block = Elasticity(Body.from_grid(box(1.0, 1.0, 1.0, 1, 1, 1)), Isotropic(1.0, 0.3))
+    system = Support(block.body).apply(block.stiffness(), np.zeros((8, 3)))
+    with pytest.raises(ValueError, match="LinearRoad has 2 dimensions.*ExtrudedRoad"):
+        BodyOnRoad(block, system, LinearRoad([0.0, 1.0], [0.0, 0.0]), "bottom")
+    assert BodyOnRoad(block, system, Plane(), "bottom").problem.gap.max() == 0
 
 
 @pytest.mark.parametrize("density", [0.0, -1.0, np.nan])
