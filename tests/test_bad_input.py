@@ -52,7 +52,7 @@ def test_roads_of_another_dimension(elasticity):
     system = Support(block.body).apply(block.stiffness(), np.zeros((8, 3)))
     with pytest.raises(ValueError, match="LinearRoad has 2 dimensions.*ExtrudedRoad"):
         BodyOnRoad(block, system, LinearRoad([0.0, 1.0], [0.0, 0.0]), "bottom")
-    assert BodyOnRoad(block, system, Plane(), "bottom").problem.gap.max() == 0
+    assert BodyOnRoad(block, system, Plane(), "bottom").problem.gap.max() < 1e-15
 
 
 @pytest.mark.parametrize("density", [0.0, -1.0, np.nan])
