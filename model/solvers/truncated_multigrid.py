@@ -10,8 +10,8 @@ changed. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the pap
 smoother.
 """
 
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -31,6 +31,7 @@ from model.node_loop.blocks import (
     generalised_inverses,
     sweep_from_zero,
 )
+from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
 from model.problem.rigid_modes import nodes_that_hold, spread_candidates
@@ -72,12 +73,29 @@ class Cycle:
         self.loads = [np.zeros(shape) for shape in shapes]
         self.coarsest_inverse: np.ndarray | None = None
 
-    def truncate(self, nodes: np.ndarray, blocks: np.ndarray, projectors: np.ndarray) -> None:
-        """Hold nodes (k,) with diagonal blocks (k, d, d) to the ranges of their projectors (k, d, d).
+    @contextmanager
+    def supported(self, nodes: np.ndarray, supports: np.ndarray) -> Iterator[None]:
+        """Add to the diagonal blocks of nodes (k,) the stiffness (k, d, d) of supports, for a while.
+
+        The finest matrix belongs to others: on leaving it is what it was, to the last bit. `truncate` lets
+        coarser ones see it.
+        """
+        finest = self.levels[0]
+        at = finest.middle[nodes]
+        kept = finest.A.data[at]
+        finest.A.data[at] = kept + supports
+        try:
+            yield
+        finally:
+            finest.A.data[at] = kept
+
+    def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
+        """Hold nodes (k,) to the ranges of their projectors (k, d, d).
 
         Only the rows of the coarse matrices that see these nodes are computed anew.
         """
         finest = self.levels[0]
+        blocks = finest.A.data[finest.middle[nodes]]
         finest.inverse[nodes] = projected_inverses(blocks, projectors)
         self.coarsest_inverse = None
         if len(self.levels) == 1:
@@ -202,7 +220,9 @@ class Multigrid:
         self.cycle = Cycle(levels)
         self.status = np.zeros(loop.nodes.size, dtype=np.int8)
         self.projectors = np.tile(np.eye(d), (loop.nodes.size, 1, 1))
-        self.held = np.zeros(0, dtype=np.int64)
+        self.held = self.rubs = np.zeros(0, dtype=np.int64)
+        self.last = self.status.copy()
+        self.by_pressure, self.support = np.zeros((loop.nodes.size, d)), np.zeros((loop.nodes.size, d, d))
         self.zero, self.x, self.direction, self.product = (np.zeros(loop.shape) for _ in range(4))
         self.best = np.zeros(loop.shape)
         self._defect = defect(d)
@@ -231,8 +251,11 @@ class Multigrid:
                 u[:], status[:] = self.best, best_status
                 loop.sweep(u, status, sweeps)
                 best, idle, sweeps = loop.residual(u, status), 0, min(4 * sweeps, 1024)
-            steady = 0 if self._truncate(status) else steady + 1
-            turned = self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
+            self._linearise(u, status)
+            rubs = self.rubs
+            with self.cycle.supported(loop.nodes[rubs], self.support[rubs]):
+                steady = 0 if self._truncate(status) else steady + 1
+                turned = self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
 
     def _correct(
         self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, damping: float
@@ -274,16 +297,36 @@ class Multigrid:
         room = gap[falls] + gap.max()
         return min(1.0, float(np.min(room / -move[falls], initial=1.0))) if gap.max() > 0.0 else 1.0
 
+    def _linearise(self, u: np.ndarray, status: np.ndarray) -> None:
+        """Find how friction follows pressure and slip at u (N, d)."""
+        loop = self.loop
+        if loop.friction is not None:
+            before = self.rubs
+            friction_tangent(
+                loop.contact,
+                u,
+                loop.R,
+                loop.force,
+                status,
+                loop.friction.address,
+                loop.slip_rate,
+                self.by_pressure,
+                self.support,
+            )
+            self.rubs = np.flatnonzero(self.support.any(axis=(1, 2)))
+            self.status[before] = self.status[self.rubs] = -1
+
     def _truncate(self, status: np.ndarray) -> bool:
         """Hold the nodes as `status` says; True if that changed anything."""
         changed = np.flatnonzero(status != self.status)
         if changed.size:
-            nodes = self.loop.nodes[changed]
             self.projectors[changed] = free_directions(self.loop, changed, status[changed])
-            self.cycle.truncate(nodes, self.loop.diagonal[nodes], self.projectors[changed])
+            self.cycle.truncate(self.loop.nodes[changed], self.projectors[changed])
             self.status[changed] = status[changed]
             self.held = np.flatnonzero(self.status)
-        return changed.size > 0
+        different = np.any(self.last != status)
+        self.last[:] = status
+        return bool(different)
 
     def _project(self, r: np.ndarray) -> None:
         """Zero the components of r (N, d) in which nodes are held or prescribed."""
@@ -321,7 +364,7 @@ class Multigrid:
         loop, product = self.loop, self.product
         slipping = np.flatnonzero(status == Status.SLIP)
         nodes, normal = loop.nodes[slipping], loop.frame[slipping, 0]
-        follow = slip_force_by_pressure(loop, u, slipping)
+        follow = self.by_pressure[slipping]
         cycles = 0
 
         def follow_friction(v: np.ndarray) -> np.ndarray:
@@ -349,23 +392,6 @@ class Multigrid:
         )
         self.x[:] = x.reshape(loop.shape)
         return cycles
-
-
-def slip_force_by_pressure(loop: NodeLoop, u: np.ndarray, slipping: np.ndarray) -> np.ndarray:
-    """Change (k, d) of the friction force of slipping candidates per unit of pressure force."""
-    force, frame = loop.force[slipping], loop.frame[slipping]
-    p = np.einsum("ca,ca->c", frame[:, 0], force)
-    tangential = force - p[:, None] * frame[:, 0]
-    size = np.linalg.norm(tangential, axis=1)
-    slip = np.einsum("cab,cb->ca", frame[:, 1:], u[loop.nodes[slipping]]) - loop.contact.reference[slipping]
-    speed = loop.slip_rate * np.linalg.norm(slip, axis=1)
-    assert loop.friction is not None
-    bound, state = loop.friction.bound.ctypes, loop.contact.state[slipping]
-    rates = [
-        (bound(1.000001 * q, m, s) - bound(q, m, s)) / (1e-6 * q) if q > 0.0 else 0.0
-        for q, m, s in zip(p, speed, state, strict=True)
-    ]
-    return tangential * (np.array(rates) / np.where(size > 0.0, size, 1.0))[:, None]
 
 
 def free_directions(loop: NodeLoop, numbers: np.ndarray, status: np.ndarray) -> np.ndarray:
