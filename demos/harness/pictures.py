@@ -5,9 +5,11 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from model.figures.figures import LOOKS
+from model.figures.contact_map import MARKS
+from model.figures.figures import COLOUR_MAP, LOOKS, new_figure, outlines
 
 
 def panels_of_runs(
@@ -39,4 +41,103 @@ def panels_of_runs(
         panel.set_title(title, fontsize="medium")
     for panel in axes[-1]:
         panel.set_xlabel("t (s)")
+    return figure
+
+
+def area_and_friction(paths: Mapping[str, Any], mu: float) -> Figure:
+    """Draw the real contact area while bodies are pressed, and the friction while they are dragged.
+
+    Parameters
+    ----------
+    paths : dict of Dragged
+        By title; pressures in MPa, ways in mm.
+    mu : float
+        Coulomb's coefficient, a line.
+    """
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.6, 3.8), layout="constrained")
+    for look, (name, path) in zip(LOOKS, paths.items()):
+        pressing = path.way == 0
+        kept = {"label": name, "markerfacecolor": "none", **look}
+        left.plot(np.append(0, path.pressure[pressing]), np.append(0, path.area[pressing]), **kept)
+        few = max(1, np.count_nonzero(~pressing) // 12)
+        right.plot(path.way[~pressing], path.friction[~pressing], markevery=few, **kept)
+    left.set(xlabel="mean pressure (MPa)", ylabel="real contact area (of the blocks)")
+    right.set(xlabel="way of the road (mm)", ylabel="tangential force (of the load)")
+    right.axhline(mu, color="0.5", linestyle=":", label="mu")
+    left.legend(frameon=False)
+    right.legend(frameon=False)
+    return figure
+
+
+def stick_slip_along_the_road(
+    body: Any, pressed: Any, path: Any, step: int, u: np.ndarray, stress: np.ndarray, profile: Any
+) -> Figure:
+    """Draw a plane body at one step of a path, its road, and below what sticks and slips on it in every step.
+
+    Parameters
+    ----------
+    body : Body
+    pressed : BodyOnRoad
+    path : Dragged
+    step : int
+        Of the upper picture.
+    u : ndarray, shape (N, 2)
+        Displacement then (mm).
+    stress : ndarray, shape (cells,)
+        Von Mises' (MPa).
+    profile : SmoothRoad
+        The road before it moves.
+    """
+    moved, x = body.coordinates + u, pressed.points[:, 0]
+    figure, panels = plt.subplots(3, 1, figsize=(8, 8), layout="constrained", height_ratios=[4, 1, 4])
+    colours = PolyCollection(list(moved[outlines(body.cells)]), cmap=COLOUR_MAP, edgecolor="face")
+    colours.set_array(stress)
+    panels[0].add_collection(colours)
+    figure.colorbar(colours, ax=panels[0], label="von Mises stress (MPa)")
+    fine = np.linspace(x.min() - 2, x.max() + 5, 2000)
+    panels[0].fill_between(
+        fine, profile.height(fine[:, None] + path.way[step]), -2.0, color="0.8", linewidth=0
+    )
+    panels[1].plot(fine, profile.height(fine[:, None]), color="black")
+    nodes = pressed.problem.contact_nodes
+    for kind, (colour, name) in MARKS.items():
+        here = pressed.nodes[path.solutions[step].status == kind]
+        panels[0].plot(*moved[here].T, "o", color=colour, markersize=4, label=name)
+        for way, solution in zip(path.way, path.solutions):
+            on_road = (x + solution.displacement[nodes, 0] + way)[solution.status == kind]
+            panels[2].plot(on_road, np.full(on_road.shape, way), ".", color=colour, markersize=5)
+    panels[0].set(aspect="equal", xlim=(fine[0], fine[-1]), ylim=(-2, moved[:, 1].max() + 0.5))
+    panels[0].set(xlabel="x (mm)", ylabel="y (mm)")
+    panels[0].legend(frameon=False, loc="upper right")
+    panels[1].set(xlim=(fine[0], fine[-1]), ylabel="height (mm)")
+    panels[2].set(xlim=(fine[0], fine[-1]), xlabel="x on the road (mm)", ylabel="way of the road (mm)")
+    return figure
+
+
+def stick_slip_on_a_surface(pressed: Any, path: Any, step: int, surface: Any, title: str) -> Figure:
+    """Draw what sticks and slips at one step of a path on the contours of a rough surface.
+
+    Parameters
+    ----------
+    pressed : BodyOnRoad
+        In space.
+    path : Dragged
+    step : int
+    surface : SmoothRoad
+        The road before it moves.
+    title : str
+    """
+    solution = path.solutions[step]
+    on_road = (pressed.points + solution.displacement[pressed.problem.contact_nodes])[:, :2]
+    on_road[:, 0] += path.way[step]
+    sides = [np.linspace(v.min() - 3, v.max() + 3, 121) for v in on_road.T]
+    across = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1)
+    heights = surface.height(across.reshape(-1, 2)).reshape(across.shape[:2])
+    figure, axes = new_figure("x on the road (mm)", "y (mm)", title, (8, 5))
+    shades = axes.contourf(across[..., 0], across[..., 1], heights, 12, cmap="Greys_r", alpha=0.6)
+    figure.colorbar(shades, label="height of the road (mm)")
+    for kind, (colour, name) in MARKS.items():
+        axes.plot(*on_road[solution.status == kind].T, ".", color=colour, markersize=5, label=name)
+    axes.set_aspect("equal")
+    axes.legend(loc="lower left")
     return figure
