@@ -141,3 +141,80 @@ def stick_slip_on_a_surface(pressed: Any, path: Any, step: int, surface: Any, ti
     axes.set_aspect("equal")
     axes.legend(loc="lower left")
     return figure
+
+
+def spectrum_figure(
+    spectra: Mapping[str, tuple[np.ndarray, np.ndarray]], band: tuple[float, float], title: str
+) -> Figure:
+    """Draw power spectral densities ((m/s)^2/Hz) over frequencies (Hz), and a band in grey."""
+    figure, axes = new_figure("frequency (Hz)", "velocity spectrum ((m/s)$^2$/Hz)", title, (7.5, 4.5))
+    axes.axvspan(*band, color="0.9", zorder=0, label="v / wavelengths of the road")
+    for look, (name, (frequency, power)) in zip(LOOKS, spectra.items()):
+        line = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
+        axes.loglog(frequency[1:], power[1:], label=name, **line)
+    axes.set(xlim=(4, 400), ylim=(2e-5, 0.3))
+    axes.legend(framealpha=1.0, fontsize="small", loc="lower left")
+    return figure
+
+
+def forces_and_contacts(histories: Mapping[str, Any]) -> Figure:
+    """Draw the force of the road, and how many nodes touch, over time, for each run by its title."""
+    figure, panels = plt.subplots(2, 1, figsize=(8, 5.5), sharex=True, layout="constrained")
+    for look, (name, history) in zip(LOOKS, histories.items()):
+        line = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1, "label": name}
+        for panel, column in zip(panels, ("force_y", "contacts")):
+            panel.plot(history["time"], history[column], **line)
+    panels[0].set(ylabel="force of the road, upwards (N/m)")
+    panels[1].set(ylabel="nodes that touch", xlabel="t (s)")
+    panels[0].legend(frameon=False)
+    return figure
+
+
+def way_over_the_road(
+    elasticity: Any,
+    snapshots: Mapping[float, np.ndarray],
+    node: int,
+    pressed: Any,
+    nodes: np.ndarray,
+    profile: Any,
+) -> Figure:
+    """Draw a body along its way over a profile, and below, magnified, one state; heights are to scale.
+
+    Parameters
+    ----------
+    elasticity : forms.Elasticity
+    snapshots : dict of (N, 2)
+        Displacements by time (s).
+    node : int
+        A dot in the snapshots.
+    pressed : State
+        The one below, at the nodes `nodes` (n,) that may touch.
+    profile : SmoothRoad
+    """
+    body = elasticity.body
+    fine = np.linspace(-0.7, snapshots[max(snapshots)][:, 0].mean() + 0.8, 4000)
+    figure, (way, close) = plt.subplots(2, 1, figsize=(10, 6.2), layout="constrained", height_ratios=[1, 2])
+    for panel in (way, close):
+        panel.fill_between(fine, profile.height(fine[:, None]), -0.1, color="0.7", linewidth=0)
+        panel.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    for time, u in snapshots.items():
+        moved = body.coordinates + u
+        cells = list(moved[outlines(body.cells)])
+        way.add_collection(PolyCollection(cells, facecolor="white", edgecolor="0.4", linewidth=0.1))
+        way.plot(*moved[node], "o", color=LOOKS[2]["color"], markersize=3)
+        way.text(
+            moved[:, 0].mean(), moved[:, 1].max() + 0.05, f"{time:.1f} s", ha="center", fontsize="x-small"
+        )
+    way.set(xlim=(fine[0], fine[-1]), ylim=(-0.1, 1.9))
+    moved = body.coordinates + pressed.displacement
+    cells = PolyCollection(list(moved[outlines(body.cells)]), cmap=COLOUR_MAP, edgecolor="0.3", linewidth=0.2)
+    cells.set_array(elasticity.von_mises(pressed.displacement))
+    close.add_collection(cells)
+    figure.colorbar(cells, ax=close, label="von Mises stress (Pa)")
+    for kind, (colour, name) in MARKS.items():
+        here = moved[nodes[pressed.status == kind]].T
+        close.plot(*here, "o", color=colour, markersize=4, label=name)
+    middle = moved[:, 0].mean()
+    close.set(xlim=(middle - 0.45, middle + 0.45), ylim=(-0.03, 0.25), title=f"t = {pressed.time:.3f} s")
+    close.legend(framealpha=0.9, loc="upper right")
+    return figure
