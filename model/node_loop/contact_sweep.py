@@ -22,7 +22,7 @@ from model.node_loop.blocks import FUSED, row_defect_2, row_defect_3, row_defect
 from model.node_loop.friction_laws import allowed
 from model.node_loop.status import Status
 
-FREE, SLIP, STICK = Status
+FREE, SLIP, STICK = map(int, Status)  # whole arrays are compared with these in compiled code
 
 
 class Candidates(NamedTuple):
