@@ -14,6 +14,7 @@ import numpy as np
 from model.node_loop.friction_laws import FrictionLaw
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
+from model.results.road_surface import write_road
 
 
 class BodyOnRoad:
@@ -173,7 +174,10 @@ class BodyOnRoad:
         return nodes, cells
 
     def write(self, path: str | Path, solution: Any) -> None:
-        """Write the fields of one solution to NAME.xdmf and NAME.h5; warn if no stress is among them."""
+        """Write the fields of one solution to NAME.xdmf and NAME.h5, and the road to NAME_road.xdmf and .h5.
+
+        Warns if no stress is among the fields.
+        """
         from model.results.xdmf import write_xdmf
 
         if self.system.stress is None:
@@ -182,7 +186,15 @@ class BodyOnRoad:
                 "give forms.assemble(..., stress=sigma) to have it.",
                 stacklevel=2,
             )
-        write_xdmf(path, self, *self.fields(solution))
+        nodes, cells = self.fields(solution)
+        write_xdmf(path, self, nodes, cells)
+        around = self.system.points + nodes["displacement"]
+        path = Path(path)
+        write_road(
+            path.with_name(f"{path.stem}_road.xdmf"),
+            road_at(self.road, getattr(solution, "time", 0.0)),
+            around,
+        )
 
     def _normal_force(self, solution: Any) -> np.ndarray:
         """Pressure forces (n,); in motion, of the normals where the candidates are now."""
