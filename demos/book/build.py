@@ -21,6 +21,7 @@ from benchmark_page import write_benchmarks
 from checked_site import check_site
 from contents import LESSONS, PAGES, contents
 from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError
 from sphinx.cmd.build import build_main
 
 BOOK = Path(__file__).parent
@@ -36,6 +37,10 @@ sys.path.append(str(Path(model.__file__).parents[1] / "demos"))"""
 # Figures tell what they show, for those who do not see them.
 DESCRIBE = """from alt_texts import describe_figures
 describe_figures()"""
+
+
+class LessonFailed(Exception):
+    """A cell of a lesson raised an error."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -55,8 +60,14 @@ def main(arguments: list[str] | None = None) -> int:
     if options.no_execution:
         notebooks = [as_notebook(script) for script in scripts]
     else:
-        with ProcessPoolExecutor(2) as pool:
-            notebooks = list(pool.map(executed, scripts, [work / "run" / script.stem for script in scripts]))
+        try:
+            with ProcessPoolExecutor(2) as pool:
+                notebooks = list(
+                    pool.map(executed, scripts, [work / "run" / script.stem for script in scripts])
+                )
+        except LessonFailed as failed:
+            print(failed, file=sys.stderr)
+            return 1
     for script, notebook in zip(scripts, notebooks):
         stage(script, notebook, source)
         folder = work / "run" / script.stem / "book"  # what a page has written for the book
@@ -94,8 +105,8 @@ def executed(script: Path, folder: Path) -> nbformat.NotebookNode:
 
     Raises
     ------
-    nbclient.exceptions.CellExecutionError
-        If a cell fails.
+    LessonFailed
+        If a cell fails, with the name of the lesson, the cell and the error.
     """
     notebook = as_notebook(script)
     key, known = fingerprint(script), folder / "fingerprint"
@@ -109,7 +120,12 @@ def executed(script: Path, folder: Path) -> nbformat.NotebookNode:
     notebook.cells.insert(
         0, nbformat.v4.new_code_cell(f"import sys\nsys.path.append({str(BOOK)!r})\n{DESCRIBE}")
     )
-    NotebookClient(notebook, timeout=None, resources={"metadata": {"path": str(folder)}}).execute()
+    try:
+        NotebookClient(notebook, timeout=None, resources={"metadata": {"path": str(folder)}}).execute()
+    except CellExecutionError as error:
+        cell = next(cell for cell in reversed(notebook.cells) if cell.get("execution_count"))
+        said = f"{script.name} failed in this cell:\n\n{cell.source}\n\n{error.ename}: {error.evalue}"
+        raise LessonFailed(said) from None
     del notebook.cells[0]
     nbformat.write(notebook, done)
     known.write_text(key)
