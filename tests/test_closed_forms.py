@@ -171,3 +171,10 @@ def test_rod_in_units():
 def test_wrong_arguments_get_a_sentence(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+def test_the_rod_takes_nodes_where_rounding_has_put_them():
+    rod = RodImpact()
+    assert rod.displacement(-1e-19, 0.0) == rod.displacement(0.0, 0.0)
+    with pytest.raises(ValueError, match="must be between 0 and 1"):
+        rod.displacement(-1e-9, 0.0)
