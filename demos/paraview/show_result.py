@@ -26,6 +26,7 @@ def show_body(path, colour, scale):
     warped = simple.WarpByVector(Input=reader, Vectors=["POINTS", "displacement"], ScaleFactor=scale)
     display = simple.Show(warped)
     display.SetRepresentationType("Surface With Edges")
+    display.EdgeColor = [0.6, 0.6, 0.6]
     simple.ColorBy(display, ("POINTS" if colour in points else "CELLS", colour))
     display.RescaleTransferFunctionToDataRangeOverTime() if len(reader.TimestepValues) > 1 else None
     table = simple.GetColorTransferFunction(colour)
@@ -55,8 +56,8 @@ def look(view, reader, zoom):
         view.CameraViewUp = [0, 0, 1]
         simple.ResetCamera(view)
     elif zoom > 1:
-        view.CameraFocalPoint = [(low[0] + high[0]) / 2, low[1], 0]
-        view.CameraPosition = [(low[0] + high[0]) / 2, low[1], view.CameraPosition[2]]
+        view.CameraFocalPoint = [(low[0] + high[0]) / 2, low[1] + (high[1] - low[1]) / (3 * zoom), 0]
+        view.CameraPosition = [*view.CameraFocalPoint[:2], view.CameraPosition[2]]
     view.CameraParallelProjection = 1
     view.CameraParallelScale /= zoom
 
@@ -98,7 +99,8 @@ def main(arguments):
     if options.frames:
         options.frames.mkdir(parents=True, exist_ok=True)
         for number, time in enumerate(reader.TimestepValues or [0.0]):
-            scene.AnimationTime = time
+            scene.AnimationTime = view.ViewTime = time
+            simple.Render(view)
             simple.SaveScreenshot(str(options.frames / f"{number:04d}.png"), view)
     if not (options.picture or options.frames):
         scene.GoToFirst()
