@@ -10,9 +10,6 @@ from pathlib import Path
 def write_aside(path: str | Path) -> Iterator[Path]:
     """Give a name beside `path` to write to, and rename it to `path` once all went well.
 
-    >>> with write_aside("results.txt") as aside:  # doctest: +SKIP
-    ...     aside.write_text("all or nothing")
-
     Parameters
     ----------
     path : str or Path
@@ -22,6 +19,13 @@ def write_aside(path: str | Path) -> Iterator[Path]:
     ------
     ValueError
         If the file cannot be written: a folder has its name, permissions, a full disk. What was there stays.
+
+    Examples
+    --------
+    >>> with write_aside("results.txt") as aside:
+    ...     written = aside.write_text("all or nothing")
+    >>> Path("results.txt").read_text()
+    'all or nothing'
     """
     path = Path(path)
     if path.is_dir():

@@ -1,5 +1,7 @@
 """The user's own mesh, tags, space, forms and boundary conditions through `forms.assemble`."""
 
+import subprocess
+import sys
 import warnings
 
 import numpy as np
@@ -508,3 +510,29 @@ def test_a_system_without_mass_cannot_be_set_in_motion(twin):
     contact = BodyOnRoad(forms.assemble(twin.a), twin.tags.find(BOTTOM), Plane())
     with pytest.raises(ValueError, match="mass=m"):
         MovingBody.from_contact(contact)
+
+
+@pytest.mark.parametrize(
+    "first",
+    [
+        "import dolfinx, forms, model; model.Series",
+        "from dolfinx import fem, io; from petsc4py import PETSc; import forms, model; model.Series",
+        "import model, forms; import dolfinx; model.Series",
+    ],
+)
+def test_imports_come_in_any_order(first):
+    said = subprocess.run([sys.executable, "-c", first], capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+
+
+def test_importing_changes_nothing_for_others():
+    code = (
+        "import sys, warnings, numpy, numba, scipy.sparse, scipy.special, dolfinx  # whose own filters are theirs\n"
+        "from petsc4py import PETSc\n"
+        "def now(): return (sys.excepthook, list(warnings.filters), numpy.geterr(), numpy.get_printoptions(),"
+        " PETSc.Options().getAll())\n"
+        "before = now()\n"
+        "import model, forms, geometry\n"
+        "sys.exit(now() != before)"
+    )
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0

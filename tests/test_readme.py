@@ -10,7 +10,8 @@ README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
 
 def test_the_example_prints_what_it_should(tmp_path):
-    code, said = re.findall(r"```python\n(.*?)```\n.*?```text\n(.*?)```", README, re.S)[0]
+    code = "\n".join(re.findall(r"```python\n(.*?)```", README, re.S)[:2])
+    said = re.findall(r"```text\n(.*?)```", README, re.S)[0]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -21,7 +22,9 @@ def test_the_example_prints_what_it_should(tmp_path):
         check=True,
     )
     assert done.stdout.splitlines()[0] == said.splitlines()[0]
+    assert done.stdout.splitlines()[-1].startswith("10000 N/mm")
     assert (tmp_path / "cylinder.xdmf").exists()
+    assert (tmp_path / "cylinder_in_time.xdmf").read_text(encoding="utf-8").count("<Time") == 20
 
 
 def test_every_command_named_exists():

@@ -25,10 +25,7 @@ from model.solvers.convergence_record import NotConverged, Record
 
 
 class FollowsRoad(TimeIntegrator):
-    """A time integrator whose steps end on a curved road; mix it in before the scheme.
-
-    >>> class RoughNewmark(FollowsRoad, Newmark):  # doctest: +SKIP
-    ...     pass
+    """A time integrator whose steps end on a curved road; `on_curved_road` mixes it in before a scheme.
 
     Attributes
     ----------
@@ -92,5 +89,12 @@ class FollowsRoad(TimeIntegrator):
 
 
 def on_curved_road(scheme: type[TimeIntegrator]) -> Any:
-    """Return the integrator with steps that end on a curved road: `on_curved_road(Newmark)(body, dt)`."""
+    """Return the integrator with steps that end on a curved road: `on_curved_road(Newmark)(body, dt)`.
+
+    Examples
+    --------
+    >>> from model import Newmark
+    >>> on_curved_road(Newmark).__name__
+    'NewmarkOnCurvedRoad'
+    """
     return type(f"{scheme.__name__}OnCurvedRoad", (FollowsRoad, scheme), {})

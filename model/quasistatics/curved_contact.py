@@ -18,9 +18,6 @@ ROUNDS = 200
 class CurvedContact:
     """A contact problem on a curved road.
 
-    >>> pressed = BodyOnRoad(elasticity, system, road, "arc")  # doctest: +SKIP
-    >>> solution = CurvedContact(ContactSolver(pressed.problem), pressed.points).solve(road)  # doctest: +SKIP
-
     Parameters
     ----------
     solver : ContactSolver
@@ -36,6 +33,20 @@ class CurvedContact:
     distances : list of float
         After each round of the last solution, how far nodes that touched were from the road, or others
         below it.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, RoundRoad, half_cylinder
+    >>> from model import BodyOnRoad
+    >>> elasticity = Elasticity(Body.from_grid(half_cylinder(10.0)), Isotropic(E=210e3, nu=0.3))
+    >>> support = Support(elasticity.body).fix("top", x=0.0)
+    >>> system = elasticity.system(elasticity.total_force("top", (0.0, -1e3)), support)
+    >>> road = RoundRoad(radius=20.0)
+    >>> pressed = BodyOnRoad(system, "arc", road)
+    >>> curved = CurvedContact(ContactSolver(pressed.problem), pressed.points)
+    >>> round(float(curved.solve(road).contact_force[:, 1].sum()), 6)
+    1000.0
     """
 
     def __init__(self, solver: ContactSolver, points: np.ndarray):

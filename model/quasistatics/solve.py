@@ -79,7 +79,7 @@ def solve(
     >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4)), Isotropic(E=1e3, nu=0.3))
     >>> support = Support(elasticity.body).fix("top", x=0.0, y=-0.02)
     >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
-    >>> contact = BodyOnRoad(system, "bottom", RoundRoad((1.0, -5.0), 5.0))
+    >>> contact = BodyOnRoad(system, "bottom", RoundRoad((1.0, 0.0), radius=5.0))
     >>> solution = solve(contact)
     >>> bool(solution.gap.min() == 0.0 and solution.contact_force[:, 1].sum() > 0.0)
     True

@@ -21,11 +21,6 @@ LOOK = 10  # contact steps from one look at the resolution to the next
 class History:
     """Records every step of a run.
 
-    >>> history = History(scheme, state, {"A": node}, "history.csv")  # doctest: +SKIP
-    >>> for state in march(scheme, state, 100, history):  # doctest: +SKIP
-    ...     ...
-    >>> history["u_y(A)"]  # doctest: +SKIP
-
     Columns: step, time, contacts, sticking, the entries of the ledger (see `Entry`), force_x and so on (of
     the road on the body), lowest_gap, lowest_pressure (a nodal force), cone (largest |tau| - mu p), residual,
     cycles, seconds, and for each point NAME displacement u_x(NAME), velocity v_x(NAME), contact force
@@ -44,6 +39,21 @@ class History:
     Attributes
     ----------
     events : list of Event
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import History, MovingBody, Newmark, march
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
+    >>> state = scheme.start()
+    >>> history = History(scheme, state, {"A": 0}, "history.csv")
+    >>> for state in march(scheme, state, 5, history):
+    ...     pass
+    >>> len(history["u_y(A)"])  # with the start
+    6
     """
 
     def __init__(

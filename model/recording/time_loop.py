@@ -22,10 +22,6 @@ def march(
 ) -> Iterator[State]:
     """Take so many steps and yield the state after each.
 
-    >>> state = scheme.start(velocity=v)  # doctest: +SKIP
-    >>> for state in march(scheme, state, 100, checkpoint="run.npz"):  # doctest: +SKIP
-    ...     series.write(state.time, {"displacement": state.displacement})
-
     Parameters
     ----------
     integrator : TimeIntegrator
@@ -44,6 +40,20 @@ def march(
     Yields
     ------
     State
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import History, MovingBody, Newmark, march
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
+    >>> state = scheme.start()
+    >>> for state in march(scheme, state, 5, checkpoint="run.npz"):
+    ...     pass
+    >>> state.step
+    5
 
     Warns
     -----

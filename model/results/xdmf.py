@@ -92,6 +92,11 @@ def on_body(count: int, nodes: np.ndarray, values: np.ndarray, elsewhere: float 
     Returns
     -------
     ndarray, shape (N,) or (N, dim)
+
+    Examples
+    --------
+    >>> on_body(4, np.array([1, 2]), np.array([5.0, 6.0]))
+    array([0., 5., 6., 0.])
     """
     values = np.asarray(values)
     field = np.full((count, *values.shape[1:]), float(elsewhere))
@@ -117,6 +122,12 @@ def write_xdmf(path: str | Path, body: HasMesh, nodes: Fields, cells: Fields | N
     ------
     ValueError
         If a field does not fit the body or is not finite, or the files cannot be written.
+
+    Examples
+    --------
+    >>> from geometry import Body, rectangle
+    >>> body = Body.from_grid(rectangle(2.0, 1.0, 4, 2))
+    >>> write_xdmf("still.xdmf", body, {"displacement": 0.0 * body.coordinates})
     """
     path = _xdmf(path)
     data_path = path.with_suffix(".h5")
@@ -135,9 +146,6 @@ class Series:
     After each `write` the series is whole: every file it names is complete, and stays so if the process is
     killed. An earlier series of that name is replaced once the first step of this one is whole.
 
-    >>> series = Series("ring.xdmf", body)  # doctest: +SKIP
-    >>> series.write(0.01, {"displacement": u})  # doctest: +SKIP
-
     Parameters
     ----------
     path : str or Path
@@ -151,6 +159,16 @@ class Series:
     ------
     ValueError
         If the file cannot be written, or there is no series of this body to go on with.
+
+    Examples
+    --------
+    >>> from geometry import Body, rectangle
+    >>> body = Body.from_grid(rectangle(2.0, 1.0, 4, 2))
+    >>> series = Series("moving.xdmf", body)
+    >>> for time in (0.0, 0.1):
+    ...     series.write(time, {"displacement": time * body.coordinates})
+    >>> series.path.read_text().count("<Time")
+    2
     """
 
     def __init__(self, path: str | Path, body: HasMesh, resume_at: float | None = None):
