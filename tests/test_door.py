@@ -527,7 +527,7 @@ def test_imports_come_in_any_order(first):
 
 def test_importing_changes_nothing_for_others():
     code = (
-        "import sys, warnings, numpy, numba, scipy.sparse, scipy.special, dolfinx\n"  # which have filters of their own
+        "import sys, warnings, numpy, numba, scipy.sparse, scipy.special, dolfinx\n"
         "from petsc4py import PETSc\n"
         "def now(): return (sys.excepthook, list(warnings.filters), numpy.geterr(), numpy.get_printoptions(),"
         " PETSc.Options().getAll())\n"
