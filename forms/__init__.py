@@ -1,8 +1,23 @@
 """What moves: weak forms and their assembly into node-blocked arrays."""
 
 from forms.elasticity import Elasticity
+from forms.hyperelasticity import Hyperelasticity
 from forms.material import Anisotropic, Isotropic
+from forms.strain_energies import Cords, MooneyRivlin, NeoHookean, StrainEnergy, StVenantKirchhoff
 from forms.support import Support
 from forms.system import System, assemble
 
-__all__ = ["Anisotropic", "Elasticity", "Isotropic", "Support", "System", "assemble"]
+__all__ = [
+    "Anisotropic",
+    "Cords",
+    "Elasticity",
+    "Hyperelasticity",
+    "Isotropic",
+    "MooneyRivlin",
+    "NeoHookean",
+    "StVenantKirchhoff",
+    "StrainEnergy",
+    "Support",
+    "System",
+    "assemble",
+]

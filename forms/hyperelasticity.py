@@ -1,0 +1,306 @@
+"""Weak forms of finite rotation and finite strain: total Lagrangian, assembled into node-blocked arrays.
+
+With F = I + grad u and C = F^T F, the internal force is the derivative of the energy, integral of psi(C).
+In a step of time from u0 to u1 the force is integral of (F0 + F1)/2 S : grad v with the step stress
+
+    S = mean of S(C0 + t dC) at two Gauss points t + 2 (psi(C1) - psi(C0) - S : dC/2) / (dC : dC + tiny) dC,
+
+so that it does exactly the work psi(C1) - psi(C0), and has no moment about any point. For St. Venant and
+Kirchhoff's material it is that of Simo and Tarnow, Z. angew. Math. Phys. 43 (1992) 757; the correction is
+that of O. Gonzalez, Comput. Methods Appl. Mech. Engrg. 190 (2000) 1763.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+
+from forms.elasticity import Elasticity
+from forms.strain_energies import ZERO, StrainEnergy, strain_energy
+from geometry import Body, compat  # noqa: F401  # compat comes before dolfinx
+
+import basix  # isort: skip
+import ufl  # isort: skip
+from dolfinx import fem  # isort: skip
+from dolfinx import mesh as dolfinx_mesh  # isort: skip
+
+# Two Gauss points along each side of a quadrilateral or hexahedron; F is constant in a simplex.
+QUADRATURE_DEGREE = {"triangle": 1, "tetrahedron": 1, "quadrilateral": 2, "hexahedron": 2}
+CENTRE = 1
+SMOOTH = 1e-8  # keeps the step stress smooth where nothing deforms (a switch makes Newton's method stall)
+POINTS = (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3))
+
+
+class Inverted(ValueError):
+    """A cell is turned inside out."""
+
+
+class Hyperelasticity(Elasticity):
+    """Hyperelasticity of a body that may turn and deform by any amount; plane strain in the plane.
+
+    Loads and mass are those of `Elasticity`.
+
+    Parameters
+    ----------
+    body : Body
+    energy : StrainEnergy, or a function psi(C) in UFL of the 3 x 3 matrix C, or {name of a region: energy}
+    mean_dilatation : bool
+        Give each cell one dilatation, so that rubber does not lock: the volumetric energy is taken at the
+        middle of the cell (in the plane that is its mean dilatation exactly).
+
+    Raises
+    ------
+    ValueError
+        As `Elasticity`, and for an energy that minds rotations or has negative moduli.
+
+    Examples
+    --------
+    >>> from forms import Hyperelasticity, NeoHookean
+    >>> from geometry import Body, rectangle
+    >>> rubber = Hyperelasticity(Body.from_grid(rectangle((0.0, 0.0), (1.0, 1.0), (4, 4))), NeoHookean(1e6, 0.45))
+    >>> turned = rubber.body.coordinates @ np.array([[0.0, 1.0], [-1.0, 0.0]]) - rubber.body.coordinates
+    >>> bool(np.abs(rubber.internal_force(turned)).max() < 1e-9)
+    True
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        energy: StrainEnergy | Callable[[Any], Any] | Mapping[str, Any],
+        mean_dilatation: bool = False,
+    ):
+        given: Any = (
+            {name: strain_energy(psi) for name, psi in energy.items()}
+            if isinstance(energy, Mapping)
+            else strain_energy(energy)
+        )
+        super().__init__(body, given, None, mean_dilatation)
+        self.energies: list[StrainEnergy] = self.materials  # type: ignore[assignment]
+        self._start, self._end = fem.Function(self.V), fem.Function(self.V)
+        self._matrices: dict[str, Any] = {}
+
+    def stiffness(self) -> sparse.bsr_array:
+        """Return the tangent at rest, (N dim, N dim) in dim x dim blocks."""
+        return self.tangent(np.zeros_like(self.body.coordinates)).copy()
+
+    def strain_energy(self, u: np.ndarray) -> float:
+        """Return the elastic energy at displacement u (N, dim)."""
+        self._put(u)
+        return float(sum(fem.assemble_scalar(form) for form in self._forms["energy"]))
+
+    def internal_force(self, u: np.ndarray) -> np.ndarray:
+        """Return the nodal forces (N, dim) that hold the displacement u (N, dim)."""
+        self._put(u)
+        return self._vector_of("force")
+
+    def tangent(self, u: np.ndarray) -> sparse.bsr_array:
+        """Return the derivative of the internal force, (N dim, N dim); the next call overwrites it."""
+        self._put(u)
+        return self._matrix_of("tangent")
+
+    def step_force(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """Return the mean internal force (N, dim) of a step from one displacement (N, dim) to another.
+
+        It does the work by which the elastic energy changes, and has neither sum nor moment.
+        """
+        self._put(after, before)
+        return self._vector_of("step force")
+
+    def step_tangent(self, before: np.ndarray, after: np.ndarray) -> sparse.bsr_array:
+        """Return its derivative by `after`, (N dim, N dim), not symmetric; the next call overwrites it."""
+        self._put(after, before)
+        return self._matrix_of("step tangent")
+
+    def volume_ratio(self, u: np.ndarray) -> float:
+        """Return the smallest det F at displacement u (N, dim), over all points that the forms look at."""
+        moved = np.asarray(u)[self.body.cells]
+        smallest = np.inf
+        for gradients in self._shape_gradients:
+            F = np.einsum("cki,cqkj->cqij", moved, gradients) + np.eye(self.body.dim)
+            smallest = min(smallest, float(_determinant(F).min()))
+        return smallest
+
+    def check_volume(self, u: np.ndarray, what: str) -> None:
+        """Raise Inverted, with the remedy, if a cell is turned inside out at displacement u (N, dim)."""
+        smallest = self.volume_ratio(u)
+        if smallest > 0.0:
+            return
+        if all(energy.bears_compression for energy in self.energies):
+            raise Inverted(f"{what} has a cell turned inside out (det F = {smallest:.3g}); move it there in steps.")
+        raise Inverted(
+            f"{what} has a cell turned inside out (det F = {smallest:.3g}), which St. Venant and Kirchhoff's "
+            "material does not resist; NeoHookean, with the same E and nu, bears compression."
+        )
+
+    def stress(self, u: np.ndarray) -> np.ndarray:
+        """Return Cauchy's stress at the middle of each cell, (cells, 3, 3), in dolfinx's order."""
+        self._put(u)
+        cells = np.arange(len(self.body.cells), dtype=np.int32)
+        values = np.zeros((len(cells), 3, 3))
+        for number, expression in enumerate(self._stresses):
+            here = cells[self.material_of == number]
+            values[here] = np.asarray(expression.eval(self.body.mesh, here)).reshape(-1, 3, 3)
+        return values
+
+    def _put(self, u: np.ndarray, before: np.ndarray | None = None) -> None:
+        """Set the displacements; forms see gradients only, so a common translation is rounding saved."""
+        self._end.x.array[:] = (np.asarray(u) - u[0]).ravel()
+        if before is not None:
+            self._start.x.array[:] = (np.asarray(before) - before[0]).ravel()
+
+    @cached_property
+    def _forms(self) -> dict[str, list[Any]]:
+        """Compiled forms by name, one a quadrature rule, each made when it is first asked for."""
+        v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
+        F0, F1 = _stretch(self._start), _stretch(self._end)
+        C0, C1 = _right_cauchy_green(F0), _right_cauchy_green(F1)
+
+        def step(psi: Any) -> Any:
+            S = _in_the_body(_step_stress(psi, C0, C1), self.body.dim)
+            return ufl.inner(0.5 * (F0 + F1) * S, ufl.grad(v))
+
+        def made(integrand: Callable[[Any], Any], *by: Any) -> list[Any]:
+            forms = []
+            for rule in self._rules:
+                form = sum(integrand(psi) * dx for psi, dx in rule)
+                for direction in by:
+                    form = ufl.derivative(form, self._end, direction)
+                forms.append(fem.form(form))
+            return forms
+
+        return _Forms(
+            {
+                "energy": lambda: made(lambda psi: psi(C1)),
+                "force": lambda: made(lambda psi: psi(C1), v),
+                "tangent": lambda: made(lambda psi: psi(C1), v, du),
+                "step force": lambda: made(step),
+                "step tangent": lambda: made(step, du),
+            }
+        )
+
+    @cached_property
+    def _rules(self) -> list[list[tuple[Callable[[Any], Any], ufl.Measure]]]:
+        """For each quadrature rule the energy densities, each with where it is integrated.
+
+        FFCx 0.11 mixes up its tables where one form has two rules, so each rule has a form of its own.
+        """
+        mesh, cells = self.body.mesh, np.arange(len(self.body.cells), dtype=np.int32)
+        tags = dolfinx_mesh.meshtags(mesh, self.body.dim, cells, self.material_of.astype(np.int32))
+        constants = [
+            {name: fem.Constant(mesh, value) for name, value in energy.parameters.items()}
+            for energy in self.energies
+        ]
+
+        def rule(degree: int, *names: str) -> list[tuple[Callable[[Any], Any], ufl.Measure]]:
+            dx = ufl.Measure("dx", mesh, subdomain_data=tags, metadata={"quadrature_degree": degree})
+            found: list[Any] = []
+            for number, (energy, values) in enumerate(zip(self.energies, constants)):
+                parts = [getattr(energy, name) for name in names if getattr(type(energy), name) is not ZERO]
+                if parts:
+                    psi = lambda C, parts=parts, values=values: sum(part(C, values) for part in parts)  # noqa: E731
+                    found.append((psi, dx(number)))
+            return found
+
+        degree = QUADRATURE_DEGREE[self.body.cell]
+        if not self.mean_dilatation:
+            return [rule(degree, "density", "volumetric")]
+        return [found for found in (rule(degree, "density"), rule(CENTRE, "volumetric")) if found]
+
+    @cached_property
+    def _shape_gradients(self) -> list[np.ndarray]:
+        """Gradients of the shape functions at the quadrature points, (cells, points, k, dim), of each rule."""
+        kind = basix.CellType[self.body.cell]
+        element = basix.create_element(basix.ElementFamily.P, kind, 1, basix.LagrangeVariant.equispaced)
+        corners = self.body.coordinates[self.body.cells]
+        found = []
+        for degree in {QUADRATURE_DEGREE[self.body.cell]} | ({CENTRE} if self.mean_dilatation else set()):
+            points, _ = basix.make_quadrature(kind, degree)
+            reference = np.moveaxis(element.tabulate(1, points)[1:, :, :, 0], 0, -1)
+            jacobian = np.einsum("cki,qkj->cqij", corners, reference)
+            found.append(np.einsum("qkj,cqji->cqki", reference, np.linalg.inv(jacobian)))
+        return found
+
+    @cached_property
+    def _stresses(self) -> list[Any]:
+        """Cauchy's stress in the middle of a cell, for each material."""
+        F = _stretch(self._end)
+        C, J = _right_cauchy_green(F), ufl.det(F)
+        G = _in_space(F)
+        kind = basix.CellType[self.body.cell]
+        middle = basix.geometry(kind).mean(axis=0)[None, :]
+        return [fem.Expression(G * _stress(energy, C) * G.T / J, middle) for energy in self.energies]
+
+    def _vector_of(self, name: str) -> np.ndarray:
+        total = np.zeros(self._end.x.array.size)
+        for form in self._forms[name]:
+            fem.assemble_vector(total, form)
+        return total.reshape(-1, self.body.dim)
+
+    def _matrix_of(self, name: str) -> sparse.bsr_array:
+        forms = self._forms[name]
+        if name not in self._matrices:
+            A = fem.create_matrix(forms[0])
+            self._matrices[name] = A, sparse.bsr_array(A.to_scipy())
+        A, view = self._matrices[name]
+        A.set_value(0.0)
+        for form in forms:
+            fem.assemble_matrix(A, form)
+        A.scatter_reverse()
+        view.data[...] = A.data.reshape(view.data.shape)
+        return view
+
+
+class _Forms(dict):
+    """Forms compiled when they are first asked for: a scene pays for what it uses."""
+
+    def __init__(self, makers: Mapping[str, Callable[[], Any]]):
+        super().__init__()
+        self._makers = makers
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = self._makers[name]()
+        return self[name]
+
+
+def _stretch(u: Any) -> Any:
+    return ufl.Identity(len(u)) + ufl.grad(u)
+
+
+def _in_space(A: Any, last: float = 1.0) -> Any:
+    """Return a 2 x 2 matrix as one of space, `last` being out of the plane."""
+    if A.ufl_shape == (3, 3):
+        return A
+    return ufl.as_matrix([[A[0, 0], A[0, 1], 0], [A[1, 0], A[1, 1], 0], [0, 0, last]])
+
+
+def _in_the_body(A: Any, dim: int) -> Any:
+    return A if dim == 3 else ufl.as_matrix([[A[i, j] for j in range(dim)] for i in range(dim)])
+
+
+def _right_cauchy_green(F: Any) -> Any:
+    return _in_space(F.T * F)
+
+
+def _stress(psi: Callable[[Any], Any], C: Any) -> Any:
+    """Return the second Piola-Kirchhoff stress 2 dpsi/dC (3, 3)."""
+    at = ufl.variable(C)
+    return 2 * ufl.sym(ufl.diff(psi(at), at))
+
+
+def _step_stress(psi: Callable[[Any], Any], C0: Any, C1: Any) -> Any:
+    """Return the step stress (3, 3) of the head of this file."""
+    dC = C1 - C0
+    mean = 0.5 * sum((_stress(psi, C0 + t * dC) for t in POINTS[1:]), _stress(psi, C0 + POINTS[0] * dC))
+    missing = psi(C1) - psi(C0) - 0.5 * ufl.inner(mean, dC)
+    return mean + 2 * missing / (ufl.inner(dC, dC) + SMOOTH) * dC
+
+
+def _determinant(F: np.ndarray) -> np.ndarray:
+    """Return det of (..., d, d) for d = 2 or 3; quicker than numpy's on many small ones."""
+    if F.shape[-1] == 2:
+        return F[..., 0, 0] * F[..., 1, 1] - F[..., 0, 1] * F[..., 1, 0]
+    return np.einsum("...i,...i->...", F[..., 0], np.cross(F[..., 1], F[..., 2]))

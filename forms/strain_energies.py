@@ -1,0 +1,315 @@
+"""Strain energy densities psi(C) for finite rotation and finite strain, in UFL; C = F^T F is 3 x 3 always.
+
+The part of psi that grows without bound as rubber becomes incompressible is kept apart (`volumetric`), so
+that a mean dilatation can be given to a cell.
+
+Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd edition, Cambridge 2008.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from geometry import compat  # noqa: F401  # compat comes before dolfinx
+
+import ufl  # isort: skip
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering  # isort: skip
+
+ROTATIONS = 5  # that an energy is tried on
+INDIFFERENT = 1e-9  # of the energy: what rounding may make of a rotation
+DIFFERENCE = 1e-4  # of strain, for second differences of psi at rest
+
+
+class StrainEnergy:
+    """An energy density psi(C) with named parameters; `NeoHookean` and its like, or your own.
+
+    Parameters
+    ----------
+    **parameters : float
+        Force per area, or plain numbers.
+    """
+
+    bears_compression = True  # psi grows without bound as a cell is pressed flat
+
+    def __init__(self, **parameters: float):
+        for name, value in parameters.items():
+            if not np.isfinite(value):
+                raise ValueError(f"The parameter {name} of {type(self).__name__} is {value}; it must be finite.")
+        self.parameters = {name: float(value) for name, value in parameters.items()}
+
+    def density(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return in UFL what every point of a cell has of its own, from C (3, 3) and the parameters."""
+        raise NotImplementedError
+
+    def volumetric(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return in UFL what hinders a change of volume only; 0 where psi is not split."""
+        return 0.0
+
+    def __call__(self, C: Any) -> Any:
+        """Return psi(C) in UFL."""
+        return self.density(C, self.parameters) + self.volumetric(C, self.parameters)
+
+
+ZERO = StrainEnergy.volumetric
+
+
+class NeoHookean(StrainEnergy):
+    """Compressible neo-Hookean rubber: mu/2 (I1 - 3) - mu ln J + lambda/2 ln^2 J.
+
+    Parameters
+    ----------
+    E, nu : float
+        Young's modulus > 0 (force per area) and Poisson's ratio, -1 < nu < 0.5, at small strain.
+
+    Raises
+    ------
+    ValueError
+        For other moduli.
+    """
+
+    def __init__(self, E: float, nu: float):
+        mu, lame = lame_constants(E, nu)
+        super().__init__(mu=mu, lame=lame)
+
+    def density(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return mu/2 (I1 - 3) - mu ln J."""
+        return p["mu"] * (0.5 * (ufl.tr(C) - 3) - ln_J(C))
+
+    def volumetric(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return lambda/2 ln^2 J."""
+        return 0.5 * p["lame"] * ln_J(C) ** 2
+
+
+class MooneyRivlin(StrainEnergy):
+    """Mooney and Rivlin's rubber: c1 (I1 - 3) + c2 (I2 - 3) - (2 c1 + 4 c2) ln J + lambda/2 ln^2 J.
+
+    Parameters
+    ----------
+    c1, c2 : float
+        Force per area; the shear modulus at small strain, 2 (c1 + c2), must be positive, and neither of the
+        two negative.
+    lame : float
+        Lame's lambda > 0 of the same density written as above: at small strain it is lame + 4 c2.
+
+    Raises
+    ------
+    ValueError
+        For other moduli.
+    """
+
+    def __init__(self, c1: float, c2: float, lame: float):
+        if not (c1 >= 0.0 and c2 >= 0.0 and c1 + c2 > 0.0 and lame > 0.0):
+            raise ValueError(
+                f"Moduli c1 = {c1}, c2 = {c2}, lame = {lame}: c1 and c2 must not be negative, "
+                "nor both zero, and lame must be positive."
+            )
+        super().__init__(c1=c1, c2=c2, lame=lame)
+
+    def density(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return all but the part in lambda."""
+        first = ufl.tr(C)
+        second = 0.5 * (first**2 - ufl.tr(C * C))
+        return (
+            p["c1"] * (first - 3) + p["c2"] * (second - 3) - (2 * p["c1"] + 4 * p["c2"]) * ln_J(C)
+        )
+
+    def volumetric(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return lambda/2 ln^2 J."""
+        return 0.5 * p["lame"] * ln_J(C) ** 2
+
+
+class StVenantKirchhoff(StrainEnergy):
+    """St. Venant and Kirchhoff's material: lambda/2 (tr E)^2 + mu E : E, E = (C - I)/2.
+
+    Hooke's law that does not mind rotation, for small strain; in compression it softens, and lets cells be
+    turned inside out.
+
+    Parameters
+    ----------
+    E, nu : float
+        Young's modulus > 0 (force per area) and Poisson's ratio, -1 < nu < 0.5.
+
+    Raises
+    ------
+    ValueError
+        For other moduli.
+    """
+
+    bears_compression = False
+
+    def __init__(self, E: float, nu: float):
+        mu, lame = lame_constants(E, nu)
+        super().__init__(mu=mu, lame=lame)
+
+    def density(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return mu E : E."""
+        E = 0.5 * (C - ufl.Identity(3))
+        return p["mu"] * ufl.inner(E, E)
+
+    def volumetric(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return lambda/2 (tr E)^2."""
+        return 0.125 * p["lame"] * (ufl.tr(C) - 3) ** 2
+
+
+class Cords(StrainEnergy):
+    """Cords in a matrix: the matrix's energy + stiffness/8 (a . C a - 1)^2 for unit vectors a along the cords.
+
+    A layer of a carcass is orthotropic with one family of cords, or with two of angles +-theta.
+
+    Parameters
+    ----------
+    matrix : StrainEnergy
+        What the cords lie in.
+    stiffness : float
+        Of a family of cords, >= 0: modulus times volume fraction, force per area.
+    directions : sequence of (d,)
+        Along the cords of each family, at rest.
+
+    Raises
+    ------
+    ValueError
+        For a negative stiffness, or a direction of no length.
+    """
+
+    def __init__(self, matrix: StrainEnergy, stiffness: float, directions: Sequence[Sequence[float]]):
+        if not stiffness >= 0.0:
+            raise ValueError(f"The stiffness of the cords is {stiffness}; it must not be negative.")
+        super().__init__(**matrix.parameters, cord=stiffness)
+        self.matrix, self.bears_compression = matrix, matrix.bears_compression
+        self.directions = []
+        for direction in directions:
+            a = np.zeros(3)
+            a[: len(direction)] = direction
+            if not np.linalg.norm(a) > 0.0:
+                raise ValueError(f"The cords run along {direction}, which is no direction.")
+            self.directions.append(ufl.as_vector((a / np.linalg.norm(a)).tolist()))
+
+    def density(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return the matrix's part, and that of the cords."""
+        strains = [ufl.dot(a, C * a) - 1 for a in self.directions]
+        return self.matrix.density(C, p) + 0.125 * p["cord"] * sum(strain**2 for strain in strains)
+
+    def volumetric(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return the matrix's."""
+        return self.matrix.volumetric(C, p)
+
+
+class OwnEnergy(StrainEnergy):
+    """The user's own density, checked: a function of C, or of F if its argument is called F.
+
+    A function of F that does not mind rotations is one of C: psi(F) = psi(R), R upper triangular with R^T R = C.
+
+    Parameters
+    ----------
+    psi : callable
+        Of a 3 x 3 UFL matrix, returns UFL.
+
+    Raises
+    ------
+    ValueError
+        If psi minds rotations, or rest is not its stable minimum.
+    """
+
+    def __init__(self, psi: Callable[[Any], Any]):
+        super().__init__()
+        names = list(inspect.signature(psi).parameters)
+        self.psi = psi
+        if names[:1] == ["F"]:
+            check_indifference(psi)
+            self.psi = lambda C: psi(cholesky(C))
+        check_rest(self.psi)
+
+    def density(self, C: Any, p: Mapping[str, Any]) -> Any:
+        """Return psi(C)."""
+        return self.psi(C)
+
+
+def strain_energy(psi: Any) -> StrainEnergy:
+    """Return psi itself if it is a StrainEnergy, or the user's own function made one."""
+    if isinstance(psi, StrainEnergy):
+        return psi
+    if callable(psi):
+        return OwnEnergy(psi)
+    raise ValueError(
+        f"An energy density is wanted, as NeoHookean(E, nu) or a function of C in UFL, not {type(psi).__name__}."
+    )
+
+
+def lame_constants(E: float, nu: float) -> tuple[float, float]:
+    """Return the shear modulus and Lame's lambda, or refuse the moduli."""
+    if not (np.isfinite(E) and E > 0):
+        raise ValueError(f"Young's modulus E is {E}; it must be positive.")
+    if not -1 < nu < 0.5:
+        raise ValueError(f"Poisson's ratio nu is {nu}; it must lie between -1 and 0.5, both excluded.")
+    return E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))
+
+
+def ln_J(C: Any) -> Any:  # noqa: N802
+    """Return the logarithm of the change of volume."""
+    return 0.5 * ufl.ln(ufl.det(C))
+
+
+def cholesky(C: Any) -> Any:
+    """Return R, upper triangular with R^T R = C, in UFL."""
+    a = ufl.sqrt(C[0, 0])
+    b, c = C[0, 1] / a, C[0, 2] / a
+    d = ufl.sqrt(C[1, 1] - b**2)
+    e = (C[1, 2] - b * c) / d
+    return ufl.as_matrix([[a, b, c], [0, d, e], [0, 0, ufl.sqrt(C[2, 2] - c**2 - e**2)]])
+
+
+def number(psi: Callable[[Any], Any], matrix: np.ndarray) -> float:
+    """Evaluate psi at a matrix of numbers (3, 3)."""
+    expression = psi(ufl.as_matrix(matrix.tolist()))
+    return float(apply_algebra_lowering(ufl.as_ufl(expression))(()))
+
+
+def check_indifference(psi: Callable[[Any], Any]) -> None:
+    """Refuse an energy of F (3, 3) that changes when the body turns as a whole."""
+    random = np.random.default_rng(3)
+    for _ in range(ROTATIONS):
+        F = np.eye(3) + 0.2 * random.uniform(-1, 1, (3, 3))
+        turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+        turn *= np.sign(np.linalg.det(turn))
+        before, after = number(psi, F), number(psi, turn @ F)
+        if not abs(after - before) <= INDIFFERENT * max(abs(before), abs(after)):
+            raise ValueError(
+                f"The energy density goes from {before:g} to {after:g} when the body only turns, so it is no "
+                "energy of deformation; write it in C = F^T F."
+            )
+
+
+def check_rest(psi: Callable[[Any], Any]) -> None:
+    """Refuse an energy of C (3, 3) of which the body at rest is not a minimum, as with negative moduli."""
+    h, rest = DIFFERENCE, number(psi, np.eye(3))
+    pairs = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+    strains = []
+    for i, j in pairs:
+        E = np.zeros((3, 3))
+        E[i, j] += 1.0
+        E[j, i] += 1.0
+        strains.append(E)
+    slopes, moduli = np.empty(6), np.empty((6, 6))
+    for k, A in enumerate(strains):
+        slopes[k] = (number(psi, np.eye(3) + h * A) - number(psi, np.eye(3) - h * A)) / (2 * h)
+        for m, B in enumerate(strains):
+            corners = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
+            moduli[k, m] = sum(s * number(psi, np.eye(3) + h * (a * A + b * B)) for a, b, s in corners)
+    moduli /= 4 * h**2
+    if not np.isfinite([rest, *slopes, *moduli.ravel()]).all():
+        raise ValueError("The energy density is not a finite number at rest, where C is the identity.")
+    softest, hardest = np.linalg.eigvalsh(moduli)[[0, -1]]
+    if not softest > 1e-6 * abs(hardest):
+        raise ValueError(
+            f"The energy density has a modulus of {softest / 4:g} at rest, so the body would give way by itself; "
+            "every modulus must be positive."
+        )
+    if np.abs(slopes).max() > 1e-6 * hardest:
+        raise ValueError(
+            f"The energy density leaves a stress of {np.abs(slopes).max():g} at rest, where C is the identity; "
+            "rest must be its minimum."
+        )

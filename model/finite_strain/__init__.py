@@ -1,0 +1,1 @@
+"""Finite rotation and finite strain: Newton's method around the contact loop, in statics and in time."""
