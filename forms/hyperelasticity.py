@@ -61,8 +61,9 @@ class Hyperelasticity(Elasticity):
     --------
     >>> from forms import Hyperelasticity, NeoHookean
     >>> from geometry import Body, rectangle
-    >>> rubber = Hyperelasticity(Body.from_grid(rectangle((0.0, 0.0), (1.0, 1.0), (4, 4))), NeoHookean(1e6, 0.45))
-    >>> turned = rubber.body.coordinates @ np.array([[0.0, 1.0], [-1.0, 0.0]]) - rubber.body.coordinates
+    >>> body = Body.from_grid(rectangle((0.0, 0.0), (1.0, 1.0), (4, 4)))
+    >>> rubber = Hyperelasticity(body, NeoHookean(E=1e6, nu=0.45))
+    >>> turned = body.coordinates @ np.array([[0.0, 1.0], [-1.0, 0.0]]) - body.coordinates
     >>> bool(np.abs(rubber.internal_force(turned)).max() < 1e-9)
     True
     """
@@ -90,7 +91,7 @@ class Hyperelasticity(Elasticity):
     def strain_energy(self, u: np.ndarray) -> float:
         """Return the elastic energy at displacement u (N, dim)."""
         self._put(u)
-        return float(sum(fem.assemble_scalar(form) for form in self._forms["energy"]))
+        return float(np.real(sum(fem.assemble_scalar(form) for form in self._forms["energy"])))
 
     def internal_force(self, u: np.ndarray) -> np.ndarray:
         """Return the nodal forces (N, dim) that hold the displacement u (N, dim)."""
@@ -130,7 +131,9 @@ class Hyperelasticity(Elasticity):
         if smallest > 0.0:
             return
         if all(energy.bears_compression for energy in self.energies):
-            raise Inverted(f"{what} has a cell turned inside out (det F = {smallest:.3g}); move it there in steps.")
+            raise Inverted(
+                f"{what} has a cell turned inside out (det F = {smallest:.3g}); move it there in steps."
+            )
         raise Inverted(
             f"{what} has a cell turned inside out (det F = {smallest:.3g}), which St. Venant and Kirchhoff's "
             "material does not resist; NeoHookean, with the same E and nu, bears compression."
@@ -212,14 +215,15 @@ class Hyperelasticity(Elasticity):
 
     @cached_property
     def _shape_gradients(self) -> list[np.ndarray]:
-        """Gradients of the shape functions at the quadrature points, (cells, points, k, dim), of each rule."""
+        """Gradients of shape functions at quadrature points, (cells, points, k, dim), for each rule."""
         kind = basix.CellType[self.body.cell]
         element = basix.create_element(basix.ElementFamily.P, kind, 1, basix.LagrangeVariant.equispaced)
         corners = self.body.coordinates[self.body.cells]
         found = []
         for degree in {QUADRATURE_DEGREE[self.body.cell]} | ({CENTRE} if self.mean_dilatation else set()):
-            points, _ = basix.make_quadrature(kind, degree)
-            reference = np.moveaxis(element.tabulate(1, points)[1:, :, :, 0], 0, -1)
+            points = np.asarray(basix.make_quadrature(kind, degree)[0])
+            table: Any = element.tabulate(1, points)
+            reference: np.ndarray = np.moveaxis(table[1:, :, :, 0], 0, -1)
             jacobian = np.einsum("cki,qkj->cqij", corners, reference)
             found.append(np.einsum("qkj,cqji->cqki", reference, np.linalg.inv(jacobian)))
         return found

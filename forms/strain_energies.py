@@ -3,7 +3,7 @@
 The part of psi that grows without bound as rubber becomes incompressible is kept apart (`volumetric`), so
 that a mean dilatation can be given to a cell.
 
-Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd edition, Cambridge 2008.
+Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd ed., Cambridge 2008.
 """
 
 from __future__ import annotations
@@ -38,7 +38,9 @@ class StrainEnergy:
     def __init__(self, **parameters: float):
         for name, value in parameters.items():
             if not np.isfinite(value):
-                raise ValueError(f"The parameter {name} of {type(self).__name__} is {value}; it must be finite.")
+                raise ValueError(
+                    f"The parameter {name} of {type(self).__name__} is {value}; it must be finite."
+                )
         self.parameters = {name: float(value) for name, value in parameters.items()}
 
     def density(self, C: Any, p: Mapping[str, Any]) -> Any:
@@ -113,9 +115,7 @@ class MooneyRivlin(StrainEnergy):
         """Return all but the part in lambda."""
         first = ufl.tr(C)
         second = 0.5 * (first**2 - ufl.tr(C * C))
-        return (
-            p["c1"] * (first - 3) + p["c2"] * (second - 3) - (2 * p["c1"] + 4 * p["c2"]) * ln_J(C)
-        )
+        return p["c1"] * (first - 3) + p["c2"] * (second - 3) - (2 * p["c1"] + 4 * p["c2"]) * ln_J(C)
 
     def volumetric(self, C: Any, p: Mapping[str, Any]) -> Any:
         """Return lambda/2 ln^2 J."""
@@ -156,7 +156,7 @@ class StVenantKirchhoff(StrainEnergy):
 
 
 class Cords(StrainEnergy):
-    """Cords in a matrix: the matrix's energy + stiffness/8 (a . C a - 1)^2 for unit vectors a along the cords.
+    """Cords in a matrix: the matrix's energy + stiffness/8 (a . C a - 1)^2, a unit vectors along the cords.
 
     A layer of a carcass is orthotropic with one family of cords, or with two of angles +-theta.
 
@@ -201,7 +201,7 @@ class Cords(StrainEnergy):
 class OwnEnergy(StrainEnergy):
     """The user's own density, checked: a function of C, or of F if its argument is called F.
 
-    A function of F that does not mind rotations is one of C: psi(F) = psi(R), R upper triangular with R^T R = C.
+    A function of F that does not mind rotations is one of C: psi(F) = psi(R), R upper triangular, R^T R = C.
 
     Parameters
     ----------
@@ -235,7 +235,8 @@ def strain_energy(psi: Any) -> StrainEnergy:
     if callable(psi):
         return OwnEnergy(psi)
     raise ValueError(
-        f"An energy density is wanted, as NeoHookean(E, nu) or a function of C in UFL, not {type(psi).__name__}."
+        "An energy density is wanted, as NeoHookean(E, nu) or a function of C in UFL, "
+        f"not {type(psi).__name__}."
     )
 
 
@@ -305,11 +306,11 @@ def check_rest(psi: Callable[[Any], Any]) -> None:
     softest, hardest = np.linalg.eigvalsh(moduli)[[0, -1]]
     if not softest > 1e-6 * abs(hardest):
         raise ValueError(
-            f"The energy density has a modulus of {softest / 4:g} at rest, so the body would give way by itself; "
-            "every modulus must be positive."
+            f"The energy density has a modulus of {softest / 4:g} at rest, so the body would give way by "
+            "itself; every modulus must be positive."
         )
     if np.abs(slopes).max() > 1e-6 * hardest:
         raise ValueError(
-            f"The energy density leaves a stress of {np.abs(slopes).max():g} at rest, where C is the identity; "
-            "rest must be its minimum."
+            f"The energy density leaves a stress of {np.abs(slopes).max():g} at rest, where C is the "
+            "identity; rest must be its minimum."
         )

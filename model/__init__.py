@@ -15,6 +15,8 @@ from model.dynamics.generalised_alpha import HHT, GeneralisedAlpha
 from model.dynamics.mass_redistribution import MassRedistribution
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.newmark import Newmark
+from model.finite_strain.energy_momentum import EnergyMomentum
+from model.finite_strain.moving_body import FiniteBody
 from model.node_loop.friction_laws import (
     FrictionLaw,
     coulomb,
@@ -75,6 +77,8 @@ __all__ = [
     "ContactStabilised",
     "CurvedContact",
     "EnergyGrowth",
+    "EnergyMomentum",
+    "FiniteBody",
     "FrictionLaw",
     "GeneralisedAlpha",
     "HalfWidth",

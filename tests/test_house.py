@@ -30,6 +30,13 @@ ROOMS = {
         "model.curved",
         "model.quasistatics",
     },
+    "model.finite_strain": {
+        "model.node_loop",
+        "model.problem",
+        "model.solvers",
+        "model.curved",
+        "model.dynamics",
+    },
     "model.recording": {"model.node_loop", "model.solvers", "model.dynamics"},
     "model.results": {"model.node_loop", "model.problem", "model.solvers"},
     "model.figures": {"model.node_loop", "model.recording", "model.results"},

@@ -16,6 +16,7 @@ Source: Simo and Tarnow, Z. angew. Math. Phys. 43 (1992) 757; Gonzalez, Comput. 
 (2000) 1763; Khenous, Laborde and Renard, Eur. J. Mech. A/Solids 27 (2008) 918.
 """
 
+from abc import abstractmethod
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -36,22 +37,32 @@ from model.solvers.convergence_record import NotConverged, Record
 CONSTANT = 60  # iterations with the constant matrix
 EXACT = 40  # iterations with the exact tangent
 HALVINGS = 4  # of the step
+DAMPING = (1.0, 0.5, 0.25, 0.125, 0.0625)  # parts of a Newton step that are tried
 
 
 class FiniteMidpoint(Midpoint):
-    """Midpoint.step for finite strain."""
+    """The step of `Midpoint` for finite strain: Newton's method around the contact loop."""
 
     body: FiniteBody
-    halvings = 0
+    turned: TurnedSolver
+    iterations: int
+    _diagonal: float
+
+    @abstractmethod
+    def _two_halves(self, before: State, began: float) -> State:
+        """Take the step in two halves."""
 
     def step(self, before: State) -> State:
         """Return the state one step later."""
         began, dt = perf_counter(), self.dt
         u0, v0 = before.displacement, before.velocity
-        load = self.mean_load(before)
-        u1, touch = self._end(before, load)
-        change = u1 - u0
-        v1 = 2.0 / dt * change - v0
+        self.iterations = 0
+        try:
+            u1, touch = self._end(before)
+        except NotConverged:
+            return self._two_halves(before, began)
+        self.turned.face(self._normal)
+        v1 = 2.0 / dt * (u1 - u0) - v0
         return self.after(
             before,
             touch,
@@ -60,5 +71,255 @@ class FiniteMidpoint(Midpoint):
             velocity=v1,
             acceleration=(v1 - v0) / dt,
             mean_force=touch.force,
-            work=self._work(touch, change, before),
+            work=self._contact_work(touch, u1 - u0, before),
         )
+
+    def _end(self, before: State) -> tuple[np.ndarray, Touch]:
+        """Return the displacement (N, d) at the end of a step, and what touches there."""
+        try:
+            return self._iterate(before, self._turned_increment, CONSTANT)
+        except NotConverged:
+            return self._iterate(before, self._exact_increment, EXACT, damped=True)
+
+    def _iterate(
+        self, before: State, increment: Any, limit: int, damped: bool = False
+    ) -> tuple[np.ndarray, Touch]:
+        """Newton's method from the guess, with `increment(before, u1, b, gap, normal, back)` for a step."""
+        body, nodes = self.body, self.body.contact_nodes
+        load, anderson = self.mean_load(before), Anderson(np.inf)
+        u1, sizes = self._guess(before), []
+        missing, scale = self._missing(before, load, u1)
+        touch: Any = before
+        for _ in range(limit):
+            gap, self._normal = body.gaps(u1)
+            back = (before.displacement - u1)[nodes]
+            last = replace(before, status=touch.status)
+            touch = increment(last, u1, missing, gap, self._normal, back)
+            self.iterations += 1
+            wanted = missing.copy()
+            wanted[nodes] += touch.force
+            sizes.append(length(wanted))
+            floor = 1e-15 * float(np.abs(body.coordinates + u1).max()) * self._diagonal
+            image = u1 + touch.increment
+            good = self.tolerance * (scale + length(touch.force))
+            if sizes[-1] <= max(good, floor):
+                if not body.supported.volume_ratio(image) > 0.0:
+                    break
+                return image, replace(touch, residual=sizes[-1] / (scale + length(touch.force) or 1.0))
+            if not np.isfinite(sizes[-1]) or sizes[-1] > 1e6 * min(sizes):
+                break
+            if not damped:
+                u1 = anderson.combine(touch.increment, image)
+                if not body.supported.volume_ratio(u1) > 0.0:
+                    break
+                missing, scale = self._missing(before, load, u1)
+                continue
+            u1, missing, scale = self._damped(before, load, u1, touch)
+        raise NotConverged(
+            f"Newton's method in the step after time {before.time:g} is not done in {limit} iterations.",
+            Record(self.tolerance, limit, lambda: 0, progress=False, history=sizes),
+        )
+
+    def _damped(
+        self, before: State, load: np.ndarray, u1: np.ndarray, touch: Touch
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return the best part of a Newton step, by what is missing after it, no cell being turned over."""
+        best: Any = None
+        for part in DAMPING:
+            trial = u1 + part * touch.increment
+            if not self.body.supported.volume_ratio(trial) > 0.0:
+                continue
+            missing, scale = self._missing(before, load, trial)
+            wanted = missing.copy()
+            wanted[self.body.contact_nodes] += touch.force
+            size = length(wanted)
+            if best is None or size < best[0]:
+                best = size, trial, missing, scale
+            elif size > best[0]:
+                break
+        if best is None:
+            raise NotConverged(
+                f"Every step of Newton's method after time {before.time:g} turns a cell over.",
+                Record(self.tolerance, EXACT, lambda: 0, progress=False, history=[np.inf]),
+            )
+        return best[1:]
+
+    def _guess(self, before: State) -> np.ndarray:
+        """Return where the body would be if its accelerations stayed, (N, d)."""
+        dt = self.dt
+        guess = before.displacement + dt * before.velocity + 0.5 * dt**2 * before.acceleration
+        if self.body.supported.volume_ratio(guess) > 0.0:
+            return guess
+        return before.displacement
+
+    def _missing(self, before: State, load: np.ndarray, u1: np.ndarray) -> tuple[np.ndarray, float]:
+        """Return load less inertia less the step's internal force (N, d), and the size of these forces."""
+        dt, body = self.dt, self.body
+        e = u1 - before.displacement - dt * before.velocity
+        internal = body.supported.step_force(before.displacement, u1)
+        inertia = (self.M @ (2.0 / dt**2 * e.ravel())).reshape(e.shape)
+        missing = np.where(body.prescribed, 0.0, load - inertia - internal)
+        return missing, length(load) + length(internal)
+
+    def _turned_increment(self, last: State, u1: np.ndarray, *problem: Any) -> Touch:
+        """Solve for an increment with the constant matrix, turned as the body is at half the step."""
+        middle = self.body.coordinates + 0.5 * (last.displacement + u1)
+        turn = mean_rotation(self.body.coordinates, middle)
+        b, gap, normal, back = problem
+        return self.turned.solve(turn, b, gap, normal, back, last)
+
+    def _exact_increment(self, last: State, u1: np.ndarray, *problem: Any) -> Touch:
+        """Solve for an increment with the symmetric part of the exact tangent."""
+        K = self.body.supported.step_tangent(last.displacement, u1)
+        b, gap, normal, back = problem
+        return self._solver_of(self.M * (2.0 / self.dt**2) + K, normal).solve(b, gap, normal, back, last)
+
+    def _solver_of(self, A: Any, normal: np.ndarray) -> StepSolver:
+        body = self.body
+        problem = ContactProblem(
+            A,
+            np.zeros_like(body.coordinates),
+            body.coordinates,
+            body.contact_nodes,
+            normal,
+            np.zeros(len(normal)),
+            body.friction,
+            prolongations=body.prolongations,
+        )
+        return StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt)
+
+    def _contact_work(self, touch: Touch, change: np.ndarray, before: State) -> Work:
+        """Work and impulse of the contact forces of a step."""
+        normal, force = self._normal, touch.force
+        pressure = np.einsum("ca,ca->c", normal, force)
+        tangential = force - pressure[:, None] * normal
+        work = Work(impulse=self.dt * force.sum(axis=0))
+        work.normal = work.numerical = float(pressure @ (touch.gap - before.gap))
+        work.friction = float(np.vdot(tangential, change[self.body.contact_nodes]))
+        return work
+
+
+class EnergyMomentum(MassRedistribution, FiniteMidpoint):
+    """The energy-momentum method with mass redistribution, for finite rotation and finite strain.
+
+    Parameters
+    ----------
+    body : FiniteBody
+    dt : float
+        Time step.
+    correction : str
+        As for `TimeIntegrator`.
+    tolerance : float
+        What may be missing of equilibrium, of the forces at work.
+    halvings : int
+        How often a step that does not converge may be halved.
+
+    Attributes
+    ----------
+    iterations : int
+        Of Newton's method in the last step.
+
+    Raises
+    ------
+    ValueError
+        If every node may touch, so that no mass is left, or the body is one of linear strain.
+    NotConverged
+        From `step`, where halving ends.
+    """
+
+    name = "energy-momentum"
+
+    def __init__(self, body: FiniteBody, dt: float, halvings: int = HALVINGS, **options: Any):
+        if not isinstance(body, FiniteBody):
+            raise ValueError(
+                "EnergyMomentum is for finite strain; for linear strain take MassRedistribution."
+            )
+        self._given, self._options, self.halvings = body, options, halvings
+        super().__init__(body, dt, **options)
+        self.turned = TurnedSolver(self.solvers["step"])
+        self._diagonal = length(self.effective_matrix().diagonal())
+        self._half: EnergyMomentum | None = None
+        self.iterations = 0
+
+    def _two_halves(self, before: State, began: float) -> State:
+        """Take the step in two halves."""
+        if self.halvings == 0:
+            raise NotConverged(
+                f"The step after time {before.time:g} does not converge even with dt = {self.dt:g}; "
+                "take smaller steps, or a finer mesh where cells are pressed flat.",
+                Record(self.tolerance, CONSTANT + EXACT, lambda: 0, progress=False, history=[np.inf]),
+            )
+        if self._half is None:
+            self._half = EnergyMomentum(self._given, self.dt / 2, self.halvings - 1, **self._options)
+        half, spent = self._half, self.iterations
+        middle = half.step(replace(before, step=2 * before.step))
+        spent += half.iterations
+        after = half.step(middle)
+        self.iterations = spent + half.iterations
+        first, second = middle.work, after.work
+        work = Work(*(getattr(first, name) + getattr(second, name) for name in vars(first)))
+        return replace(
+            after,
+            step=before.step + 1,
+            time=(before.step + 1) * self.dt,
+            mean_force=0.5 * (middle.mean_force + after.mean_force),
+            work=work,
+            seconds=perf_counter() - began,
+        )
+
+    def _settle(self, state: State) -> float:
+        """Bring the massless nodes of `state` into equilibrium in place; return the energy that this adds."""
+        body, nodes = self.body, self.body.contact_nodes
+        added, slipped = 0.0, 0.0
+        last, energy = state, self._potential(state.displacement)
+        for _ in range(EXACT):
+            u = state.displacement
+            missing = body.missing_force(state.time, u)[nodes]
+            gap, normal = self.ground(state)
+            solver = self._massless_solver(u, normal)
+            touch = solver.solve(missing, gap, normal, np.zeros_like(missing), last)
+            tangential = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
+            for part in DAMPING:
+                trial = u.copy()
+                trial[nodes] += part * touch.increment
+                work = float(np.vdot(tangential, part * touch.increment))
+                if body.supported.volume_ratio(trial) > 0.0:
+                    change = self._potential(trial) - energy
+                    if change <= work + 1e-14 * abs(energy):
+                        break
+            else:
+                break
+            state.displacement, energy = trial, energy + change
+            added, slipped = added + change, slipped + work
+            state.contact_force, state.status = touch.force, touch.status
+            state.gap, state.count = touch.gap, touch.count
+            last = state
+            rest = missing + touch.force
+            floor = 1e-15 * float(np.abs(body.coordinates + u).max()) * self._diagonal
+            if length(rest) <= max(self.tolerance * (length(touch.force) + length(missing)), floor):
+                break
+        state.work.friction += slipped
+        return added - slipped
+
+    def _potential(self, u: np.ndarray) -> float:
+        """Elastic energy and that of the load at the end of the step."""
+        return self.body.strain_energy(u) - float(np.vdot(self.body.load_at(0.0), u))
+
+    def _massless_solver(self, u: np.ndarray, normal: np.ndarray) -> StepSolver:
+        """Set up the contact problem of the massless nodes with the tangent at displacement u (N, d)."""
+        body, d = self.body, self.body.dim
+        nodes = body.contact_nodes
+        K = bsr_array(body.supported.tangent(u), blocksize=(d, d))
+        own = bsr_array(_blocks(K, nodes), blocksize=(d, d))
+        n = nodes.size
+        problem = ContactProblem(
+            own, np.zeros((n, d)), body.coordinates[nodes], np.arange(n), normal, np.zeros(n), body.friction
+        )
+        return StepSolver(problem, "direct", self.tolerance, 1.0 / self.dt)
+
+
+def _blocks(A: bsr_array, nodes: np.ndarray) -> Any:
+    """Return the rows and columns of some nodes."""
+    d = A.blocksize[0]
+    unknowns = (nodes[:, None] * d + np.arange(d)).ravel()
+    return A.tocsr()[unknowns][:, unknowns]

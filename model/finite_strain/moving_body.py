@@ -1,4 +1,4 @@
-"""A body in motion that may turn and deform by any amount: M u'' + internal force(u) = load + contact forces."""
+"""A body in motion of finite strain in motion: M u'' + internal force(u) = load + contact forces."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -34,7 +34,9 @@ class FiniteBody(MovingBody):
         """
         body = super().from_forms(elasticity, *arguments, **options)
         if body.C is not None:
-            raise ValueError("Rayleigh's damping is for linear strain: it would resist rotation; leave it out.")
+            raise ValueError(
+                "Rayleigh's damping is for linear strain: it would resist rotation; leave it out."
+            )
         body.elastic = elasticity  # type: ignore[attr-defined]
         return body  # type: ignore[return-value]
 

@@ -1,4 +1,4 @@
-"""An elastic body of finite strain as its supports leave it: energy, forces and tangents at the system's nodes."""
+"""A body of finite strain on its supports: energy, forces and tangents at the system's nodes."""
 
 from typing import Any
 

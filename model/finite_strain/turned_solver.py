@@ -5,7 +5,6 @@ hierarchies of meshes) then serves the whole run: only normals, loads and refere
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
