@@ -58,6 +58,7 @@ class System:
     fixed : (R, dim) which unknowns are prescribed
     space : dolfinx function space of the displacement
     varies : whether load or prescribed displacements depend on time
+    elastic : the `Hyperelasticity` of a system of finite strain, of which A is the tangent at rest; else None
     """
 
     A: sparse.bsr_array
@@ -72,6 +73,7 @@ class System:
     varies: bool = False
     body: Body | None = None
     stress: Callable[[np.ndarray], np.ndarray] | None = None
+    elastic: Any = None
     _loads: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _values: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _eliminated: dict[str, Eliminated] = field(default_factory=dict, repr=False)
@@ -117,6 +119,14 @@ class System:
         if g.any():
             load = load - (stiffness.coupling @ g.ravel()).reshape(g.shape)
         return np.where(self.fixed, stiffness.diagonal * g, load)
+
+    def external_load(self, time: float | None = None) -> np.ndarray:
+        """Return the load (R, dim) as `load_at` does, without what prescribed displacements strain.
+
+        For bodies of finite strain, whose tangent changes.
+        """
+        diagonal = self._eliminated["A"].diagonal
+        return np.where(self.fixed, diagonal * self.prescribed_at(time), self.reduce(self._loads(time)))
 
     def support_force(self, velocity: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """Return what inertia and damping of moving supports put on the free unknowns, (R, dim)."""

@@ -83,6 +83,7 @@ class MovingBody:
     support_force: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
     limits: Any = None
     dim: int = field(init=False)
+    finite_strain = False  # so that every scheme knows whom it moves
 
     def __post_init__(self) -> None:
         """Check at the door, so that no step need."""
@@ -253,6 +254,10 @@ class MovingBody:
         """Elastic energy at displacement u (N, d)."""
         x = self._strained(u).ravel()
         return 0.5 * float(x @ (self.K @ x))
+
+    def stiffness_at(self, u: np.ndarray) -> Any:
+        """Stiffness (N d, N d) at displacement u (N, d)."""
+        return self.K
 
     def gaps(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) to the road and normal (n, d) of the nodes that may touch, at displacement u (N, d)."""

@@ -211,14 +211,19 @@ class TimeIntegrator(ABC):
     Raises
     ------
     ValueError
-        If dt is not a positive finite number.
+        If dt is not a positive finite number, or the body is one of finite strain and the scheme is not.
     """
 
     name = ""
+    finite_strain = False
 
     def __init__(self, body: MovingBody, dt: float, correction: str = "direct", tolerance: float = 1e-10):
         if not (np.isfinite(dt) and dt > 0.0):
             raise ValueError(f"dt is {dt}, but a time step is a finite number > 0.")
+        if body.finite_strain and not self.finite_strain:
+            raise ValueError(
+                f"{type(self).__name__} is for linear strain; a FiniteBody takes EnergyMomentum."
+            )
         self.body, self.dt = body.in_steps(dt), float(dt)
         self.correction, self.tolerance = correction, tolerance
         self.M = self.mass()

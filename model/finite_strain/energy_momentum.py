@@ -103,14 +103,14 @@ class FiniteMidpoint(Midpoint):
             image = u1 + touch.increment
             good = self.tolerance * (scale + length(touch.force))
             if sizes[-1] <= max(good, floor):
-                if not body.supported.volume_ratio(image) > 0.0:
+                if not body.forces.volume_ratio(image) > 0.0:
                     break
                 return image, replace(touch, residual=sizes[-1] / (scale + length(touch.force) or 1.0))
             if not np.isfinite(sizes[-1]) or sizes[-1] > 1e6 * min(sizes):
                 break
             if not damped:
                 u1 = anderson.combine(touch.increment, image)
-                if not body.supported.volume_ratio(u1) > 0.0:
+                if not body.forces.volume_ratio(u1) > 0.0:
                     break
                 missing, scale = self._missing(before, load, u1)
                 continue
@@ -127,7 +127,7 @@ class FiniteMidpoint(Midpoint):
         best: Any = None
         for part in DAMPING:
             trial = u1 + part * touch.increment
-            if not self.body.supported.volume_ratio(trial) > 0.0:
+            if not self.body.forces.volume_ratio(trial) > 0.0:
                 continue
             missing, scale = self._missing(before, load, trial)
             wanted = missing.copy()
@@ -148,29 +148,37 @@ class FiniteMidpoint(Midpoint):
         """Return where the body would be if its accelerations stayed, (N, d)."""
         dt = self.dt
         guess = before.displacement + dt * before.velocity + 0.5 * dt**2 * before.acceleration
-        if self.body.supported.volume_ratio(guess) > 0.0:
-            return guess
-        return before.displacement
+        if not self.body.forces.volume_ratio(guess) > 0.0:
+            guess = before.displacement.copy()
+        if self.body.supported:
+            held = self.body.prescribed_at((before.step + 1) * dt)
+            guess[self.body.prescribed] = held[self.body.prescribed]
+        return guess
 
     def _missing(self, before: State, load: np.ndarray, u1: np.ndarray) -> tuple[np.ndarray, float]:
         """Return load less inertia less the step's internal force (N, d), and the size of these forces."""
         dt, body = self.dt, self.body
         e = u1 - before.displacement - dt * before.velocity
-        internal = body.supported.step_force(before.displacement, u1)
+        internal = body.forces.step_force(before.displacement, u1)
         inertia = (self.M @ (2.0 / dt**2 * e.ravel())).reshape(e.shape)
         missing = np.where(body.prescribed, 0.0, load - inertia - internal)
         return missing, length(load) + length(internal)
 
     def _turned_increment(self, last: State, u1: np.ndarray, *problem: Any) -> Touch:
-        """Solve for an increment with the constant matrix, turned as the body is at half the step."""
-        middle = self.body.coordinates + 0.5 * (last.displacement + u1)
-        turn = mean_rotation(self.body.coordinates, middle)
+        """Solve for an increment with the constant matrix, turned as the body is at half the step.
+
+        Supports do not turn, so neither does a body on supports.
+        """
+        turn = np.eye(self.body.dim)
+        if not self.body.supported:
+            middle = self.body.coordinates + 0.5 * (last.displacement + u1)
+            turn = mean_rotation(self.body.coordinates, middle)
         b, gap, normal, back = problem
         return self.turned.solve(turn, b, gap, normal, back, last)
 
     def _exact_increment(self, last: State, u1: np.ndarray, *problem: Any) -> Touch:
         """Solve for an increment with the symmetric part of the exact tangent."""
-        K = self.body.supported.step_tangent(last.displacement, u1)
+        K = self.body.forces.step_tangent(last.displacement, u1)
         b, gap, normal, back = problem
         return self._solver_of(self.M * (2.0 / self.dt**2) + K, normal).solve(b, gap, normal, back, last)
 
@@ -228,6 +236,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
     """
 
     name = "energy-momentum"
+    finite_strain = True
 
     def __init__(self, body: FiniteBody, dt: float, halvings: int = HALVINGS, **options: Any):
         if not isinstance(body, FiniteBody):
@@ -240,6 +249,18 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
         self._diagonal = length(self.effective_matrix().diagonal())
         self._half: EnergyMomentum | None = None
         self.iterations = 0
+
+    def start(self, displacement: np.ndarray | None = None, velocity: np.ndarray | None = None) -> State:
+        """Return the state at time 0, the massless nodes in equilibrium.
+
+        Raises
+        ------
+        ValueError
+            As `TimeIntegrator.start`, and for a displacement that turns a cell inside out.
+        """
+        if displacement is not None:
+            self.body.forces.check_volume(np.asarray(displacement), "The start")
+        return super().start(displacement, velocity)
 
     def _two_halves(self, before: State, began: float) -> State:
         """Take the step in two halves."""
@@ -270,46 +291,44 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
     def _settle(self, state: State) -> float:
         """Bring the massless nodes of `state` into equilibrium in place; return the energy that this adds."""
         body, nodes = self.body, self.body.contact_nodes
-        added, slipped = 0.0, 0.0
-        last, energy = state, self._potential(state.displacement)
+        energy, slipped, last = self._potential(state), 0.0, state
+        missing = body.missing_force(state.time, state.displacement)[nodes]
         for _ in range(EXACT):
             u = state.displacement
-            missing = body.missing_force(state.time, u)[nodes]
             gap, normal = self.ground(state)
-            solver = self._massless_solver(u, normal)
-            touch = solver.solve(missing, gap, normal, np.zeros_like(missing), last)
-            tangential = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
+            touch = self._massless_solver(u, normal).solve(missing, gap, normal, np.zeros_like(missing), last)
+            rest = length(missing + touch.force)
+            floor = 1e-15 * float(np.abs(body.coordinates + u).max()) * self._diagonal
+            done = rest <= max(self.tolerance * (length(touch.force) + length(missing)), floor)
+            friction = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
+            downhill = float(np.vdot(missing + friction, touch.increment))
             for part in DAMPING:
                 trial = u.copy()
                 trial[nodes] += part * touch.increment
-                work = float(np.vdot(tangential, part * touch.increment))
-                if body.supported.volume_ratio(trial) > 0.0:
-                    change = self._potential(trial) - energy
-                    if change <= work + 1e-14 * abs(energy):
-                        break
-            else:
-                break
-            state.displacement, energy = trial, energy + change
-            added, slipped = added + change, slipped + work
+                if not body.forces.volume_ratio(trial) > 0.0:
+                    continue
+                missing = body.missing_force(state.time, trial)[nodes]
+                if done or float(np.vdot(missing + friction, touch.increment)) >= -0.5 * downhill:
+                    break
+            state.displacement, last = trial, state
+            slipped += float(np.vdot(friction, part * touch.increment))
             state.contact_force, state.status = touch.force, touch.status
             state.gap, state.count = touch.gap, touch.count
-            last = state
-            rest = missing + touch.force
-            floor = 1e-15 * float(np.abs(body.coordinates + u).max()) * self._diagonal
-            if length(rest) <= max(self.tolerance * (length(touch.force) + length(missing)), floor):
+            if done:
                 break
         state.work.friction += slipped
-        return added - slipped
+        return self._potential(state) - energy - slipped
 
-    def _potential(self, u: np.ndarray) -> float:
+    def _potential(self, state: State) -> float:
         """Elastic energy and that of the load at the end of the step."""
-        return self.body.strain_energy(u) - float(np.vdot(self.body.load_at(0.0), u))
+        load = np.where(self.body.prescribed, 0.0, self.body.load_at(state.time))
+        return self.body.strain_energy(state.displacement) - float(np.vdot(load, state.displacement))
 
     def _massless_solver(self, u: np.ndarray, normal: np.ndarray) -> StepSolver:
         """Set up the contact problem of the massless nodes with the tangent at displacement u (N, d)."""
         body, d = self.body, self.body.dim
         nodes = body.contact_nodes
-        K = bsr_array(body.supported.tangent(u), blocksize=(d, d))
+        K = bsr_array(body.forces.tangent(u), blocksize=(d, d))
         own = bsr_array(_blocks(K, nodes), blocksize=(d, d))
         n = nodes.size
         problem = ContactProblem(

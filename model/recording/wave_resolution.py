@@ -47,13 +47,16 @@ class Resolution:
         """Return the steps per mean period at this state, and warn, once a run, if they are too few."""
         integrator = self.integrator
         v = state.velocity.copy()
+        if integrator.body.finite_strain:
+            self.rigid = RigidPart(integrator.M, integrator.body.coordinates + state.displacement)
         if integrator.body.floats:
             v = self.rigid.deformation(v)
         kinetic = float(v.ravel() @ (integrator.M @ v.ravel()))
         whole = float(state.velocity.ravel() @ (integrator.M @ state.velocity.ravel()))
         if not kinetic > WORTH * whole:
             return np.inf
-        omega = np.sqrt(max(float(v.ravel() @ (integrator.body.K @ v.ravel())), 0.0) / kinetic)
+        K = integrator.body.stiffness_at(state.displacement)
+        omega = np.sqrt(max(float(v.ravel() @ (K @ v.ravel())), 0.0) / kinetic)
         steps = float(2.0 * np.pi / (omega * integrator.dt)) if omega > 0.0 else np.inf
         if steps < self.fewest:
             self.fewest, self.at = steps, state.time

@@ -118,7 +118,8 @@ class BodyOnRoad:
 
     def look(self, solution: Any) -> None:
         """Warn (BeyondLinear), once, where strains or rotations are beyond what linear strain is true to."""
-        self.limits.look(self.displacement(solution))
+        if self.system.elastic is None:
+            self.limits.look(self.displacement(solution))
 
     def pressure(self, solution: Any) -> np.ndarray:
         """Return the pressure (n,) at the candidates, lumped: nodal force over area (MPa).

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import bsr_array, csr_array, diags_array
 
 
-class Supported:
+class SystemForces:
     """Energy, forces and tangents of a body, its platens being one node each and prescribed unknowns still.
 
     Parameters
@@ -64,6 +64,10 @@ class Supported:
     def volume_ratio(self, u: np.ndarray) -> float:
         """Return the smallest det F at displacement u (R, d)."""
         return float(self.elastic.volume_ratio(self.expand(u)))
+
+    def check_volume(self, u: np.ndarray, what: str) -> None:
+        """Raise ValueError, with the remedy, if a cell is turned inside out at displacement u (R, d)."""
+        self.elastic.check_volume(self.expand(u), what)
 
     def _reduced(self, K: Any, held: bool) -> Any:
         d = self.prescribed.shape[1]

@@ -1,0 +1,244 @@
+"""Time steps of finite strain: what is kept and lost, the paper's ring, linear limit, restart, refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, StVenantKirchhoff
+from geometry import Body, Plane, box, rectangle, ring
+from model import (
+    EnergyMomentum,
+    FiniteBody,
+    History,
+    MassRedistribution,
+    MovingBody,
+    Newmark,
+    NotConverged,
+    load_checkpoint,
+    march,
+    save_checkpoint,
+)
+from model.solvers.convergence_record import Record
+
+pytestmark = pytest.mark.filterwarnings("ignore::model.UnresolvedWaves")
+
+
+def ring_above_road(mu=None, height=0.5, around=48, across=4, energy=None, weight=-9.81):
+    body = Body.from_grid(ring(0.5, 0.2, around, across, lowest=(0.0, height)))
+    elastic = Hyperelasticity(body, energy or NeoHookean(E=1000.0, nu=0.3))
+    load = elastic.body_force((0.0, weight))
+    return FiniteBody.from_forms(elastic, 1.0, load, Plane(), "outer", friction=mu)
+
+
+def spin(scheme, state):
+    """Angular momentum about the centre of mass, and about the origin."""
+    x = scheme.body.coordinates + state.displacement
+    p = (scheme.M @ state.velocity.ravel()).reshape(x.shape)
+    mass = scheme.M @ np.tile([1.0, 0.0], len(x))
+    centre = mass.reshape(x.shape)[:, 0] @ x / mass.sum()
+    arm = x - centre
+    return float(arm[:, 0] @ p[:, 1] - arm[:, 1] @ p[:, 0])
+
+
+def angle(body, before, after):
+    """Mean rotation (-pi to pi) of the nodes between two displacements."""
+    a, b = (body.coordinates + u - (body.coordinates + u).mean(axis=0) for u in (before, after))
+    return np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
+
+
+def test_flight_with_spin_keeps_energy_spin_and_momentum():
+    body = ring_above_road()
+    scheme = EnergyMomentum(body, 0.01)
+    centre = np.array([0.0, 1.0])
+    arm = body.coordinates - centre
+    state = scheme.start(velocity=6.0 * np.stack([-arm[:, 1], arm[:, 0]], axis=1) + [3.0, 1.0])
+    history, begin = History(scheme, state), spin(scheme, state)
+    turned = 0.0
+    for after in march(scheme, state, 30, history, progress=False):
+        assert spin(scheme, after) == pytest.approx(begin, rel=1e-12)
+        turned += angle(body, state.displacement, after.displacement)
+        state = after
+    assert np.abs(history["gain"]).max() < 1e-11 * history["kinetic"][0]
+    assert history["momentum_error"].max() < 1e-11
+    assert turned == pytest.approx(6.0 * 0.3, rel=0.03)  # the ring widens, and slows, by centrifugal force
+    outer = (body.coordinates + state.displacement)[body.contact_nodes]
+    radius = np.linalg.norm(outer - outer.mean(axis=0), axis=1)
+    assert 0.5 < radius.mean() < 0.51  # linear strain: 0.5 sqrt(1 + 1.8^2)
+
+
+@pytest.mark.parametrize("mu", [None, 0.3])
+def test_bounce_gains_nothing_and_keeps_contact_exact(mu):
+    body = ring_above_road(mu, height=0.02)
+    scheme = EnergyMomentum(body, 0.005)
+    velocity = np.zeros_like(body.coordinates) + [3.0, -2.0]
+    begin = scheme.start(velocity=velocity)
+    history = History(scheme, begin)
+    for state in march(scheme, begin, 50, history, progress=False):
+        assert np.array_equal(state.gap == 0.0, state.status != 0)
+        assert body.gaps(state.displacement)[0].min() > -1e-14
+    kinetic = history["kinetic"][0]
+    assert history["contacts"].max() >= 3 and history["contacts"][-1] == 0
+    assert history["gain"].max() < 1e-10 * kinetic
+    assert np.abs(history["gain"] - history["numerical"]).max() < 1e-9 * kinetic
+    assert history["lowest_gap"].min() == 0.0 and history["lowest_pressure"].min() >= 0.0
+    assert history["cone"].max() < 1e-12 * np.abs(history["force_y"]).max()
+    assert np.all(np.diff(history["friction"]) >= -1e-12 * kinetic)
+    assert history["momentum_error"].max() < 1e-9
+
+
+def test_rolls_backwards_spin_by_friction():
+    """Friction turns a ring thrown along the road forwards, clockwise, and only friction does."""
+    for mu, turns in ((None, False), (0.3, True)):
+        body = ring_above_road(mu, height=0.0)
+        scheme = EnergyMomentum(body, 0.005)
+        state = scheme.start(velocity=np.zeros_like(body.coordinates) + [2.0, 0.0])
+        end = scheme.run(state, 20)
+        found = angle(body, state.displacement, end.displacement)
+        assert found < -0.01 if turns else abs(found) < 1e-12
+
+
+def test_linear_limit():
+    """Drops at 0.1 and 0.01 m/s: the difference to linear strain falls faster than the motion itself."""
+    off = {}
+    for speed in (0.1, 0.01):
+        body = Body.from_grid(ring(0.5, 0.2, 48, 4, lowest=(0.0, 1e-3 * speed)))
+        elastic = Hyperelasticity(body, NeoHookean(E=1000.0, nu=0.3))
+        linear = Elasticity(body, Isotropic(E=1000.0, nu=0.3))
+        heights = []
+        for made, scheme in ((FiniteBody, EnergyMomentum), (MovingBody, MassRedistribution)):
+            forms = elastic if made is FiniteBody else linear
+            moving = made.from_forms(forms, 1.0, np.zeros_like(body.coordinates), Plane(), "outer")
+            run = scheme(moving, 0.005)
+            state = run.start(velocity=np.zeros_like(body.coordinates) + [0.0, -speed])
+            for _ in range(20):
+                state = run.step(state)
+                heights.append(state.displacement[:, 1].mean())
+        found, wanted = np.split(np.array(heights), 2)
+        off[speed] = np.abs(found - wanted).max() / speed
+    assert off[0.1] < 3e-4 and off[0.01] < 0.15 * off[0.1]
+
+
+def test_restart_goes_on_to_the_last_bit(tmp_path):
+    made = [EnergyMomentum(ring_above_road(0.3, height=0.0), 0.005) for _ in range(2)]
+    begin = made[0].start(velocity=np.zeros_like(made[0].body.coordinates) + [3.0, -2.0])
+    middle = made[0].run(begin, 6)
+    save_checkpoint(tmp_path / "run.npz", made[0], middle)
+    wanted = made[0].run(middle, 4)
+    found = made[1].run(load_checkpoint(tmp_path / "run.npz", made[1]), 4)
+    assert np.array_equal(found.displacement, wanted.displacement)
+    assert np.array_equal(found.contact_force, wanted.contact_force)
+
+
+def test_a_block_in_space_bounces_with_friction():
+    body = Body.from_grid(box(0.4, 0.3, 0.3, 3, 3, 3, corner=(0.0, 0.0, 0.001)))
+    elastic = Hyperelasticity(body, NeoHookean(E=1e4, nu=0.4))
+    moving = FiniteBody.from_forms(
+        elastic, 1.0, elastic.body_force((0, 0, -9.81)), Plane((0, 0, 0), (0, 0, 1)), "bottom", friction=0.4
+    )
+    scheme = EnergyMomentum(moving, 1e-3)
+    state = scheme.start(velocity=np.zeros_like(body.coordinates) + [1.0, 0.5, -1.0])
+    history = History(scheme, state)
+    for _ in march(scheme, state, 15, history, progress=False):
+        pass
+    assert history["contacts"].max() > 0
+    assert history["gain"].max() < 1e-10 * history["kinetic"][0]
+    assert history["cone"].max() < 1e-10 * np.abs(history["force_z"]).max()
+
+
+def test_supports_hold_and_platens_move_as_one():
+    from forms import Support
+
+    body = Body.from_grid(rectangle(1.0, 0.5, 6, 4, corner=(0.0, 0.01)))
+    elastic = Hyperelasticity(body, NeoHookean(E=1000.0, nu=0.3))
+    moving = FiniteBody.from_forms(
+        elastic,
+        1.0,
+        elastic.body_force((0.0, -9.81)),
+        Plane(),
+        "bottom",
+        support=Support(body).platen("top").fix("left", x=0.0),
+        friction=0.2,
+    )
+    scheme = EnergyMomentum(moving, 0.002)
+    begin = scheme.start(velocity=np.where(moving.prescribed, 0.0, [0.0, -1.0]))
+    history = History(scheme, begin)
+    for state in march(scheme, begin, 20, history, progress=False):
+        u = moving.expand(state.displacement)
+        assert np.ptp(u[body.nodes("top")], axis=0).max() == 0.0
+        assert np.abs(u[body.nodes("left"), 0]).max() == 0.0
+    assert history["contacts"].max() > 2
+    assert history["gain"].max() < 1e-10 * history["kinetic"][0]
+
+
+def test_a_support_that_moves_presses_the_block():
+    """A block pressed slowly by its top ends where statics would, and the top where it is told to be."""
+    from forms import Support
+
+    body = Body.from_grid(rectangle(1.0, 0.5, 6, 4))
+    elastic = Hyperelasticity(body, NeoHookean(E=1000.0, nu=0.0))
+    moving = FiniteBody.from_forms(
+        elastic,
+        0.01,
+        elastic.body_force((0.0, 0.0)),
+        Plane(),
+        "bottom",
+        support=Support(body)
+        .fix("top", y=lambda t: -0.1 * np.sin(0.5 * np.pi * min(t, 1.0)) ** 2)
+        .fix("left", x=0.0),
+    )
+    scheme = EnergyMomentum(moving, 0.05)
+    state = scheme.run(scheme.start(), 24)
+    assert np.abs(state.displacement[body.nodes("top"), 1] + 0.1).max() < 1e-12
+    stretch = 0.8  # nu = 0: sigma = mu (stretch - 1 / stretch), with mu = E / 2
+    assert state.contact_force[:, 1].sum() == pytest.approx(-500.0 * (stretch - 1 / stretch), rel=0.01)
+
+
+def test_a_step_that_does_not_converge_is_halved_then_said(monkeypatch):
+    body = ring_above_road(height=0.0)
+    scheme = EnergyMomentum(body, 0.01, halvings=1)
+    state = scheme.start(velocity=np.zeros_like(body.coordinates) + [0.0, -2.0])
+    tried = []
+    iterate = EnergyMomentum._iterate
+
+    def stubborn(self, before, *arguments, **options):
+        tried.append(self.dt)
+        if self.dt == 0.01:
+            raise NotConverged("stubborn", Record(1.0, 1, lambda: 0, progress=False, history=[1.0]))
+        return iterate(self, before, *arguments, **options)
+
+    monkeypatch.setattr(EnergyMomentum, "_iterate", stubborn)
+    after = scheme.step(state)
+    assert (after.step, after.time) == (1, 0.01) and tried == [0.01, 0.01, 0.005, 0.005]
+    by_hand = EnergyMomentum(body, 0.005).run(state, 2)
+    assert np.abs(after.displacement - by_hand.displacement).max() < 1e-12
+    scheme = EnergyMomentum(body, 0.01, halvings=0)
+    with pytest.raises(NotConverged, match="even with dt = 0.01"):
+        scheme.step(state)
+
+
+def test_refusals():
+    finite = ring_above_road(around=24, across=3)
+    with pytest.raises(ValueError, match="FiniteBody takes EnergyMomentum"):
+        Newmark(finite, 0.01)
+    body = Body.from_grid(ring(0.5, 0.2, 24, 3))
+    linear = Elasticity(body, Isotropic(E=1000.0, nu=0.3))
+    moving = MovingBody.from_forms(linear, 1.0, linear.body_force((0.0, -9.81)), Plane(), "outer")
+    with pytest.raises(ValueError, match="MassRedistribution"):
+        EnergyMomentum(moving, 0.01)
+    scheme = EnergyMomentum(finite, 0.01)
+    with pytest.raises(ValueError, match="turned inside out"):
+        scheme.start(
+            displacement=np.stack([-2.0 * finite.coordinates[:, 0], 0 * finite.coordinates[:, 0]], axis=1)
+        )
+    kirchhoff = EnergyMomentum(
+        ring_above_road(around=24, across=3, energy=StVenantKirchhoff(1000.0, 0.3)), 0.01
+    )
+    with pytest.raises(ValueError, match="NeoHookean"):
+        kirchhoff.start(
+            displacement=np.stack([-2.0 * finite.coordinates[:, 0], 0 * finite.coordinates[:, 0]], axis=1)
+        )
+    elastic = Hyperelasticity(body, NeoHookean(1000.0, 0.3))
+    with pytest.raises(ValueError, match="resist rotation"):
+        FiniteBody.from_forms(elastic, 1.0, elastic.body_force((0, -1)), Plane(), "outer", damping=(0.1, 0.0))
+    assert replace(finite, friction=0.2).elastic is finite.elastic
