@@ -47,6 +47,8 @@ class Elasticity:
         overlap.
     """
 
+    kinds: tuple[type, ...] = (Isotropic, Anisotropic)  # of material
+
     def __init__(
         self,
         body: Body,
@@ -61,7 +63,7 @@ class Elasticity:
         if mean_dilatation and body.cell not in ("quadrilateral", "hexahedron"):
             raise ValueError(f"A mean dilatation is for quadrilaterals and hexahedra, not {body.cell}s.")
         self.body, self.kinematics, self.mean_dilatation = body, kinematics, mean_dilatation
-        self.regions, self.materials, self.material_of = _materials(body, material)
+        self.regions, self.materials, self.material_of = _materials(body, material, self.kinds)
         self.V = body.space
 
     def system(
@@ -259,11 +261,11 @@ def _voigt(u):
 
 
 def _materials(
-    body: Body, material: Material | Mapping[str, Material]
+    body: Body, material: Material | Mapping[str, Material], kinds: tuple[type, ...]
 ) -> tuple[list[str], list[Material], np.ndarray]:
     """Return names of regions, their materials, and which of them each cell has."""
     for one in material.values() if isinstance(material, Mapping) else [material]:
-        if not isinstance(one, Isotropic | Anisotropic):
+        if not isinstance(one, kinds):
             raise ValueError(
                 f"The material is {material!r}; give Isotropic(E=..., nu=...), Anisotropic(matrix), or "
                 "{name of a region: one of these}."

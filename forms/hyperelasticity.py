@@ -72,6 +72,8 @@ class Hyperelasticity(Elasticity):
     True
     """
 
+    kinds = (StrainEnergy,)
+
     def __init__(
         self,
         body: Body,
@@ -89,7 +91,7 @@ class Hyperelasticity(Elasticity):
         self._matrices: dict[str, Any] = {}
 
     def system(self, *arguments: Any, **options: Any) -> System:
-        """Return the system with loads and supports, as `Elasticity.system`; its matrix is the tangent at rest."""
+        """Return the system with loads and supports, as `Elasticity.system` does, at rest."""
         system = super().system(*arguments, **options)
         system.elastic = self
         return system

@@ -67,7 +67,7 @@ def test_step_stress_does_the_work_and_has_no_moment(block, name, mean):
     u0, u1, _ = random_states(block, 0.02)
     f = elastic.step_force(u0, u1)
     gained = elastic.strain_energy(u1) - elastic.strain_energy(u0)
-    assert np.vdot(f, u1 - u0) == pytest.approx(gained, rel=1e-9)
+    assert np.vdot(f, u1 - u0) == pytest.approx(gained, rel=1e-8)  # SMOOTH over dC : dC
     middle = block.coordinates + 0.5 * (u0 + u1)
     moment = middle[:, 0] @ f[:, 1] - middle[:, 1] @ f[:, 0]
     assert abs(moment) < 1e-14 * np.abs(f).sum() and np.abs(f.sum(axis=0)).max() < 1e-14 * np.abs(f).sum()

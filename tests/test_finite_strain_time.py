@@ -175,6 +175,9 @@ def test_a_support_that_moves_presses_the_block():
     """A block pressed slowly by its top ends where statics would, and the top where it is told to be."""
     from forms import Support
 
+    def pressed(t):
+        return -0.1 * np.sin(0.5 * np.pi * min(t, 1.0)) ** 2
+
     body = Body.from_grid(rectangle(1.0, 0.5, 6, 4))
     elastic = Hyperelasticity(body, NeoHookean(E=1000.0, nu=0.0))
     moving = FiniteBody.from_forms(
@@ -183,9 +186,7 @@ def test_a_support_that_moves_presses_the_block():
         elastic.body_force((0.0, 0.0)),
         Plane(),
         "bottom",
-        support=Support(body)
-        .fix("top", y=lambda t: -0.1 * np.sin(0.5 * np.pi * min(t, 1.0)) ** 2)
-        .fix("left", x=0.0),
+        support=Support(body).fix("top", y=pressed).fix("left", x=0.0),
     )
     scheme = EnergyMomentum(moving, 0.05)
     state = scheme.run(scheme.start(), 24)

@@ -31,7 +31,7 @@ class FiniteBody(MovingBody):
             raise ValueError("FiniteBody is for forms.Hyperelasticity; linear strain takes MovingBody.")
         if system.C is not None:
             raise ValueError(
-                "Rayleigh's damping is for linear strain: it would resist rotation; leave it out."
+                "Rayleigh's damping would resist rotation: it is for linear strain; leave it out."
             )
         body = super()._of(system, nodes, road, friction, None)
         load = system.external_load if system.varies else system.external_load()
