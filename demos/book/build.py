@@ -134,7 +134,7 @@ def executed(script: Path, folder: Path) -> nbformat.NotebookNode:
 
 def fingerprint(script: Path) -> str:
     """Return what changes as soon as the lesson, the packages, or the way of executing change."""
-    files = [script, Path(__file__), BOOK / "alt_texts.py"]
+    files = [script, Path(__file__), BOOK / "alt_texts.py", *sorted(BOOK.glob("*.js")), BOOK / "turnable.py"]
     files += sorted(file for package in PACKAGES for file in (HOUSE / package).rglob("*.py"))
     digest = hashlib.sha256(os.environ.get("SCENE_OPTIONS", "").encode())
     for file in files:
