@@ -22,6 +22,7 @@ from checked_site import check_site
 from contents import LESSONS, PAGES, contents
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
+from paraview_pictures import take_pictures
 from sphinx.cmd.build import build_main
 
 BOOK = Path(__file__).parent
@@ -73,6 +74,8 @@ def main(arguments: list[str] | None = None) -> int:
         folder = work / "run" / script.stem / "book"  # what a page has written for the book
         if folder.exists() and not options.no_execution:
             shutil.copytree(folder, source / "_static" / script.stem)
+    if not options.no_execution:
+        take_pictures(work / "run", source / "_static" / "paraview")
     contents(source)
     write_api(source / "api")
     form = os.environ.get("SCENE_OPTIONS", "") or "full"
@@ -80,7 +83,8 @@ def main(arguments: list[str] | None = None) -> int:
 
     shutil.rmtree(out, ignore_errors=True)
     failed = build_main(
-        ["-q", "-W", "--keep-going", "-c", str(BOOK), "-d", str(work / "doctrees"), str(source), str(out)]
+        ["-q", "-W", "--keep-going", "-c", str(BOOK), "-D", f"html_static_path={source / '_static'}"]
+        + ["-d", str(work / "doctrees"), str(source), str(out)]
     )
     faults = [] if failed else check_site(out, [] if options.no_execution else [s.stem for s in LESSONS])
     print("\n".join(faults) or ("" if failed else f"The book is in {out}: open index.html."))

@@ -2,7 +2,10 @@
 
 import importlib
 import re
+import sys
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2]))  # the packages of this checkout
 
 project, author = "zerogap: contact, node by node", "the authors of zerogap"
 copyright = "the authors of zerogap, MIT licence"
@@ -25,7 +28,6 @@ suppress_warnings = ["ref.python"]  # names of parameters are no references
 
 html_theme = "sphinx_book_theme"
 html_title = project
-html_static_path = ["_static"]
 html_css_files = ["book.css"]
 html_theme_options = {"use_download_button": False, "use_fullscreen_button": False, "show_toc_level": 2}
 html_copy_source = False
@@ -44,13 +46,12 @@ napoleon_use_ivar = True
 
 def plain(app, what, name, thing, options, lines):
     """Keep bars, stars and underscores of plain formulas in docstrings, which are markup to docutils."""
-    for number, line in enumerate(lines):
-        if not line.lstrip().startswith((">>>", "...", ".. ", ":")):
-            parts = re.split(r"(``.*?``|`[^`]*`|:\w+:)", line)
-            parts[::2] = [
-                re.sub(r"(?<!\\)([|*])|(?<=\w)_(?!\w)", lambda m: "\\" + m[0], p) for p in parts[::2]
-            ]
-            lines[number] = "".join(parts)
+    code = r"^[ ]*(?:>>>|\.\.\.|\.\. |:).*$|``.*?``|`[^`]+`"  # doctests, directives, fields, and what is marked as code
+    parts = re.split(f"({code})", "\n".join(lines), flags=re.MULTILINE)
+    parts[::2] = [
+        re.sub(r"(?<!\\)([|*`])|(?<=\w)_(?!\w)", lambda m: "\\" + m[0], part) for part in parts[::2]
+    ]
+    lines[:] = "".join(parts).split("\n")
 
 
 def setup(app):
