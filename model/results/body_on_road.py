@@ -20,6 +20,9 @@ from model.results.road_surface import write_road
 class BodyOnRoad:
     """A body whose boundary may touch a road.
 
+    `BodyOnRoad(elasticity, system, road, boundary, friction, reach)` does the same for a system
+    that `forms.Support.apply` has made.
+
     Parameters
     ----------
     system : forms.System
@@ -33,9 +36,6 @@ class BodyOnRoad:
         A law, Coulomb's coefficient, or None for a frictionless road.
     reach : float, optional
         Take for candidates only nodes whose gap is at most this (mm); default all of the boundary.
-
-    `BodyOnRoad(elasticity, system, road, boundary, friction, reach)` does the same for a system
-    that `forms.Support.apply` has made.
 
     Attributes
     ----------
