@@ -75,8 +75,8 @@ def space_of(form: Any) -> fem.FunctionSpace:
     )
     raw = basix.finite_element.FiniteElement(space.element.basix_element)
     element: Any = basix.ufl._BasixElement(raw)
-    if space.element.value_shape:
-        element = basix.ufl.blocked_element(element, shape=tuple(int(n) for n in space.element.value_shape))
+    if space.dofmap.bs > 1:
+        element = basix.ufl.blocked_element(element, shape=(int(space.dofmap.bs),))
     return fem.FunctionSpace(dolfinx_mesh.Mesh(mesh, domain), element, space)
 
 
