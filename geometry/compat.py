@@ -55,5 +55,7 @@ def space_dimension(mesh: dolfinx_mesh.Mesh) -> int:
 
 
 def _geometry_map(mesh: Any) -> Any:
-    maps = getattr(mesh.geometry, "cmaps", None)  # a list, a method of another meaning in 0.9, or not there
+    maps: Any = getattr(
+        mesh.geometry, "cmaps", None
+    )  # a list, a method of another meaning in 0.9, or not there
     return maps[0] if hasattr(maps, "__getitem__") else mesh.geometry.cmap

@@ -536,3 +536,24 @@ def test_importing_changes_nothing_for_others():
         "sys.exit(now() != before)"
     )
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_steps_end_on_a_curved_road_whatever_the_scheme_is_called():
+    road = SmoothRoad(lambda x: 0.2 * np.sin(2.0 * x), np.linspace(-3.0, 5.0, 161))
+    body = Body.from_grid(rectangle(1.0, 1.0, 4, 4, corner=(0.0, 0.21)))
+    elasticity = Elasticity(body, Isotropic(1e3, 0.3))
+    system = elasticity.system(elasticity.body_force((0.0, -10.0)), density=1.0)
+    contact = BodyOnRoad(system, "bottom", road, friction=0.2)
+    scheme = MassRedistribution(MovingBody.from_contact(contact), 0.01)
+    assert isinstance(scheme, MassRedistribution)
+    touched = 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        state = scheme.start()
+        for _ in range(40):
+            state = scheme.step(state)
+            at = contact.points + contact.displacement(state)[contact.nodes]
+            gap = road.closest(at)[0]
+            assert gap.min() > -1e-11 and np.abs(gap[state.status > 0]).max(initial=0.0) < 1e-11
+            touched += state.count
+    assert touched > 5

@@ -1,8 +1,8 @@
 """Time steps on a road that is not flat: the same contact problem, on planes that follow the nodes.
 
-An integrator by itself takes the road for the planes at the nodes as the step begins; that is exact on a flat
-road, and off it by curvature times way squared on another. `on_curved_road` gives any of them rounds like
-those of `CurvedContact`, so that every node that touches ends the step on the road.
+A scheme by itself takes the road for the planes at the nodes as the step begins; that is exact on a flat
+road, and off it by curvature times way squared on another. There any scheme gets rounds like those of
+`CurvedContact` instead, so that every node that touches ends the step on the road.
 
 The schemes built on the midpoint rule gain no energy on a road that bends either, since their forces work
 on the change of the gap alone (see `model.curved.tangent_planes`): mass redistribution to the last digit, and
@@ -89,7 +89,7 @@ class FollowsRoad(TimeIntegrator):
 
 
 def on_curved_road(scheme: type[TimeIntegrator]) -> Any:
-    """Return the integrator with steps that end on a curved road: `on_curved_road(Newmark)(body, dt)`.
+    """Return the scheme with steps that end on a curved road: what `Newmark(body, dt)` is on such a road.
 
     Examples
     --------
@@ -97,4 +97,6 @@ def on_curved_road(scheme: type[TimeIntegrator]) -> Any:
     >>> on_curved_road(Newmark).__name__
     'NewmarkOnCurvedRoad'
     """
+    if issubclass(scheme, FollowsRoad):
+        return scheme
     return type(f"{scheme.__name__}OnCurvedRoad", (FollowsRoad, scheme), {})

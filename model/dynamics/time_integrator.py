@@ -198,6 +198,8 @@ class StepSolver:
 class TimeIntegrator(ABC):
     """A scheme that carries a body from step to step, contact exact at the end of each.
 
+    On a road that is not a plane it is made one whose steps end on the road itself, see `curved_steps`.
+
     Parameters
     ----------
     body : MovingBody
@@ -216,6 +218,14 @@ class TimeIntegrator(ABC):
 
     name = ""
     finite_strain = False
+
+    def __new__(cls, body: MovingBody, *args: Any, **options: Any) -> "TimeIntegrator":
+        """Choose by the road."""
+        if getattr(body.road, "flat", False):
+            return super().__new__(cls)
+        from model.dynamics.curved_steps import on_curved_road  # which builds on this file
+
+        return super().__new__(on_curved_road(cls))
 
     def __init__(self, body: MovingBody, dt: float, correction: str = "direct", tolerance: float = 1e-10):
         if not (np.isfinite(dt) and dt > 0.0):
