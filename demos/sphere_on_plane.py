@@ -111,7 +111,7 @@ maps = {"pressure (MPa)": p_map, "traction along the push (MPa)": tau_map}
 scene.figure(
     contact_map(body, "sphere", maps, status, 1.3 * hertz.a, mirror=[1], title=title), "stick_and_slip"
 )
-line, exact = np.abs(rubbing.points[:, 1]) == 0, {"Hertz": hertz.pressure, "Mindlin": mindlin.traction}
+line, exact = np.abs(rubbing.points[:, 1]) < 1e-9, {"Hertz": hertz.pressure, "Mindlin": mindlin.traction}
 computed, title = {"p": p[line], "tau": tau[line]}, f"On the line y = 0, {title}"
 scene.figure(pressure_figure(rubbing.points[line, 0], computed, exact, hertz.a, title), "traction")
 stress = rubbing.elasticity.von_mises(u), "von Mises stress (MPa)"

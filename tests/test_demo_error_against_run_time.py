@@ -10,6 +10,14 @@ def test_quick_report(quick):
     assert max(cycles) - min(cycles) <= 2
     assert abs(results["p0[mesh-converged]"] / 8559 - 1) < 0.005
     assert results["cost_ratio_to_linear_solve"] < 3.0
+    assert results["triad_bandwidth"] > 0.0
+    assert {"numpy", "PETSc"} <= set(summary["machine"]["blas"]) or "system" in summary["machine"]["blas"]
+    dofs = summary["cost"]["dofs"]
+    for name in ("vinewtonrsls + MUMPS", "GPCG + MUMPS", "BNLS + MUMPS"):
+        assert results[f"seconds[{name}, dofs={dofs}]"] > 0.0
+    assert {key for key in results if key.startswith("did_not_converge")} <= {
+        f"did_not_converge[{name}, dofs=498]" for name in ("BLMVM", "BQPIP + MUMPS", "vinewtonssls + MUMPS")
+    }
     depths = [value for key, value in results.items() if key.startswith("penetration")]
     assert depths == sorted(depths, reverse=True)
     assert depths[-1] > 0.0

@@ -18,55 +18,37 @@
 # what an engineer reads off: p0, a and the pressure.
 #
 # One work unit is the time of one sweep of the node loop over the finest mesh. Everything counts, also the
-# set-up.
+# set-up. Each runs on one core with the BLAS kernel that suits the processor (`make reports` unsets what would force
+# another; the summary names the kernels), MUMPS with the ordering that is fastest here.
 
 # %%
 from time import perf_counter
 
 import matplotlib.pyplot as plt
 import numpy as np
+from bodies import NU, E, P, R, cylinder
+from competitors import ORDERINGS, snes, tao
+from harness.machine import machine, triad_bandwidth
+from harness.readings import read_patch
 from harness.scene import Scene
 
-from forms import Elasticity, Isotropic, Support
-from forms.alternatives import penalty, vinewtonrsls
-from geometry import Body, Plane, half_cylinder, half_cylinder_nested
-from model import ContactSolver, NotConverged, Status, follow, solve
+from forms import Support
+from forms.alternatives import penalty
+from geometry import Plane, half_cylinder
+from model import BodyOnRoad, ContactSolver, NotConverged, Status, follow, solve
 from model.closed_forms.hertz import HertzCylinder
 from model.figures.figures import LOOKS, convergence_figure
-from model.results.body_on_road import BodyOnRoad
-from model.results.pressure import contact_half_width
 
 scene = Scene(
     "error_against_run_time", "Error against run time: this project's corrections and what else there is."
 )
 scene.built("K")
 scene.left_out("M", "C", "gmsh", "pyvista")
-R, E, nu, P, mu = 10.0, 210e3, 0.3, 1e4, 0.5
-hertz = HertzCylinder(P, R, E, nu)
+cylinder = scene.assembly(cylinder)
+mu, hertz = 0.5, HertzCylinder(P, R, E, NU)
 levels = range(1, 5) if scene.quick else range(1, 8)
-assembly_seconds = 0.0
-
-
-# %%
-def cylinder(grid, refinements=0, friction=None):
-    """Half cylinder on the road.
-
-    Uniform traction and one node held in x, or, with friction, a rigid platen.
-    """
-    global assembly_seconds
-    began = perf_counter()
-    body = Body.from_grid(grid, refinements)
-    elasticity = Elasticity(body, Isotropic(E, nu))
-    support, load = Support(body), elasticity.total_force("top", (0.0, -P))
-    if friction is None:
-        support.fix_node(body.nearest_node((0.0, R)), x=0.0)
-    else:
-        support.platen("top").fix("top", x=0.0)
-    pressed = BodyOnRoad(
-        elasticity, support.apply(elasticity.stiffness(), load), Plane(), "arc", friction, reach=0.3 * R
-    )
-    assembly_seconds += perf_counter() - began
-    return pressed
+if machine()["coretype"]:
+    print(f"OPENBLAS_CORETYPE={machine()['coretype']} may slow MUMPS down: `make reports` runs without it.")
 
 
 def energy(problem, u):
@@ -119,10 +101,10 @@ def linear_twin(pressed, solution):
 
 
 tolerances = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
-timed(cylinder(half_cylinder_nested(R), 1).problem, "multigrid", 1e-8)  # compiles
+timed(cylinder(1).problem, "multigrid", 1e-8)  # compiles
 scenes, exact, found, histories, linear_seconds = {}, {}, {}, {}, {}
 for k in scene.progress(levels, "meshes"):
-    pressed = cylinder(half_cylinder_nested(R), k)
+    pressed = cylinder(k)
     problem, dofs = pressed.problem, pressed.problem.b.size
     exact[k] = solve(problem, "multigrid", tolerance=1e-11, progress=False)
     histories[k] = []
@@ -139,16 +121,18 @@ for k in scene.progress(levels, "meshes"):
     final, final_seconds = solution, seconds
     memory = final.peak_memory
     linear_seconds[k] = timed(linear_twin(pressed, final), "multigrid", 1e-8)[0] if k < 7 else np.nan
-    p, x = pressed.pressure(final), pressed.points[:, 0]
-    order = np.argsort(x)
+    patch = read_patch(pressed, final)
+    matrix = pressed.system.A
     found[k] = {
         "dofs": dofs,
         "seconds": seconds,
         "work_units": final.work_units,
         "cycles": final.cycles,
-        "p0": p.max(),
-        "a": contact_half_width(x, p, final.status != Status.FREE).interpolated,
-        "pressure": (x[order], p[order]),
+        "sweep": final_seconds / final.work_units,
+        "bytes": sum(v.nbytes for v in (matrix.data, matrix.indices, matrix.indptr)) + 3 * problem.b.nbytes,
+        "p0": patch.p.max(),
+        "a": patch.width.interpolated,
+        "pressure": (patch.x, patch.p),
         "energy": energy(problem, exact[k].displacement),
         "norm": np.sqrt(exact[k].displacement.ravel() @ (problem.A @ exact[k].displacement.ravel())),
         "residual": final.residual,
@@ -198,6 +182,7 @@ for k in levels:
         "sweeps",
         10,
         "Brandt",
+        "at most",
     )
 large = [k for k in levels if found[k]["dofs"] > 20_000]
 scene.result(
@@ -206,17 +191,36 @@ scene.result(
     "sweeps",
     10,
     "Brandt; set-up apart",
+    "at most",
 )
 scene.result("work_units_to_1e-8", max(found[k]["work_units"] for k in large), "sweeps, set-up included")
-growth = finest["seconds"] / finest["dofs"] / (found[4]["seconds"] / found[4]["dofs"])
-scene.result("seconds_per_dof_growth", growth, "1", 1.3, "wanted, at most")
+triad = triad_bandwidth(32 if scene.quick else 256)
+scene.result("triad_bandwidth", triad / 1e9, "GB/s", None, "a = b + s c, one core")
+for k in levels:
+    f = found[k]
+    per_sweep, whole = f["bytes"] / f["dofs"], f["seconds"] * triad / f["dofs"]
+    used = f["bytes"] / f["sweep"] / triad
+    scene.result(
+        f"bytes_of_a_sweep_per_unknown[dofs={f['dofs']}]", per_sweep, "bytes", None, "A, u, b, residual"
+    )
+    scene.result(
+        f"bandwidth_of_a_sweep[dofs={f['dofs']}]", used, "of triad", 1.0, "moved once, at triad's speed"
+    )
+    scene.result(
+        f"bytes_per_unknown_in_the_time_of_a_solve[dofs={f['dofs']}]",
+        whole,
+        "bytes, by triad",
+        None,
+        "to 1e-8",
+    )
 scene.result("peak_memory_per_dof", memory / finest["dofs"], "bytes")
 scene.result(
     "cost_ratio_to_linear_solve",
     max(found[k]["seconds"] / linear_seconds[k] for k in large if np.isfinite(linear_seconds[k])),
     "1",
     1.5,
-    "wanted, at most",
+    "wanted",
+    "at most",
 )
 
 # %% [markdown]
@@ -227,24 +231,37 @@ start = {k: np.zeros(scenes[k].problem.b.shape) for k in scenes}
 for u in start.values():
     u[:, 1] = -0.05  # PETSc and the penalty form need a first guess in contact; it costs them nothing
 
+orderings = {}
+for name in scene.progress(ORDERINGS, "orderings of MUMPS"):
+    problem, u = scenes[4].problem, start[4]
+    orderings[name] = min(snes(problem, "vinewtonrsls", "mumps", u, ordering=name).seconds for _ in range(2))
+    scene.result(f"seconds[vinewtonrsls + MUMPS, {name}, dofs={problem.b.size}]", orderings[name], "s")
+best = min(orderings, key=orderings.get)
+
+
+def rival(method, kind, linear):
+    """Seconds of a competitor on a mesh."""
+    return lambda k: method(scenes[k].problem, kind, linear, start[k], ordering=best).seconds
+
+
+def ours(name, tolerance, repeat, **options):
+    """Seconds of a correction of this project on a mesh."""
+    return lambda k: timed(scenes[k].problem, name, tolerance, repeat, **options)[0]
+
+
+small, middle, large_ones = range(1, 2), range(1, 4), range(1, 5 if scene.quick else 6)
 others = {
-    "loop as printed": (
-        [1] if scene.quick else [1, 2],
-        lambda k: timed(scenes[k].problem, "none", 1e-8, 1, limit=20_000)[0],
-    ),
-    "direct": (range(1, 5 if scene.quick else 6), lambda k: timed(scenes[k].problem, "direct", 1e-10)[0]),
-    "algebraic": (
-        range(1, 5 if scene.quick else 6),
-        lambda k: timed(scenes[k].problem, "algebraic", 1e-8, 1)[0],
-    ),
-    "vinewtonrsls + MUMPS": (
-        range(1, 5 if scene.quick else 6),
-        lambda k: vinewtonrsls(scenes[k].problem, "mumps", start[k]).seconds,
-    ),
-    "vinewtonrsls + CG/GAMG": (
-        range(1, 4 if scene.quick else 6),
-        lambda k: vinewtonrsls(scenes[k].problem, "gamg", start[k]).seconds,
-    ),
+    "loop as printed": (small if scene.quick else range(1, 3), ours("none", 1e-8, 1, limit=20_000)),
+    "direct": (large_ones, ours("direct", 1e-10, 2)),
+    "algebraic": (large_ones, ours("algebraic", 1e-8, 1)),
+    "vinewtonrsls + MUMPS": (large_ones, rival(snes, "vinewtonrsls", "mumps")),
+    "vinewtonrsls + CG/GAMG": (middle if scene.quick else large_ones, rival(snes, "vinewtonrsls", "gamg")),
+    "GPCG + MUMPS": (large_ones, rival(tao, "gpcg", "mumps")),
+    "GPCG + CG/GAMG": (middle if scene.quick else large_ones, rival(tao, "gpcg", "gamg")),
+    "BNLS + MUMPS": (large_ones, rival(tao, "bnls", "mumps")),
+    "BLMVM": (small, rival(tao, "blmvm", "")),
+    "BQPIP + MUMPS": (small, rival(tao, "bqpip", "mumps")),
+    "vinewtonssls + MUMPS": (small, rival(snes, "vinewtonssls", "mumps")),
 }
 seconds = {"multigrid": {k: found[k]["seconds"] for k in levels}}
 for name, (sizes, run) in scene.progress(others.items(), "other solvers"):
@@ -256,26 +273,27 @@ for name, (sizes, run) in scene.progress(others.items(), "other solvers"):
             seconds[name][k] = run(k)
         except (NotConverged, RuntimeError) as error:
             print(f"{name} on {found[k]['dofs']} unknowns: {error}")
+            scene.result(f"did_not_converge[{name}, dofs={found[k]['dofs']}]", 1, "1", 0)
         else:
             scene.result(f"seconds[{name}, dofs={found[k]['dofs']}]", seconds[name][k], "s")
 nearest = max(scenes)
-scene.result(
-    "speedup_over_vinewtonrsls_mumps",
-    seconds["vinewtonrsls + MUMPS"][nearest] / found[nearest]["seconds"],
-    "1",
-    10.0,
-    "wanted, at least",
-)
+rivals = [name for name in list(others)[3:] if nearest in seconds[name]]
+fastest = min(rivals, key=lambda name: seconds[name][nearest])
+multigrid_seconds = found[nearest]["seconds"]
+speedup = seconds["vinewtonrsls + MUMPS"][nearest] / multigrid_seconds
+scene.result("speedup_over_vinewtonrsls_mumps", speedup, "1", 10.0, f"wanted; MUMPS with {best}", "at least")
+speedup = seconds[fastest][nearest] / multigrid_seconds
+scene.result("speedup_over_the_fastest_competitor", speedup, "1", 10.0, f"wanted; {fastest}", "at least")
 
 # %% [markdown]
 # The loop on the paper's 760 quadrilaterals, against the direct correction at the same algebraic error.
 
 # %%
-paper = cylinder(half_cylinder(R)).problem
+paper = cylinder(grid=half_cylinder(R)).problem
 paper_exact = solve(paper, "direct", tolerance=1e-12, progress=False).displacement
 loop_seconds, loop = timed(paper, "none", 1e-3 if scene.quick else 1e-8, 1, limit=20_000)
 direct_seconds, direct = timed(paper, "direct", 1e-8, 5)
-scene.result("speedup_over_loop_760", loop_seconds / direct_seconds, "1", 1000.0, "wanted, at least")
+scene.result("speedup_over_loop_760", loop_seconds / direct_seconds, "1", 1000.0, "wanted", "at least")
 scene.result("algebraic_error[loop, 760]", algebraic_error(paper, loop.displacement, paper_exact), "1")
 scene.result("sweeps[loop, 760]", loop.sweeps, "1")
 
@@ -311,12 +329,12 @@ paths = {
     "multigrid": range(1, 4 if scene.quick else 6),
     "algebraic": range(1, 4 if scene.quick else 5),
 }
-compiling = cylinder(half_cylinder_nested(R), 1, friction=mu).problem
+compiling = cylinder(1, "platen", mu).problem
 for name in paths:
     solve(compiling, name, tolerance=1e-2, progress=False)
 peak, friction_seconds, steps = {}, {name: {} for name in paths}, 2 if scene.quick else 10
 for k in scene.progress(paths["multigrid"], "with friction"):
-    rubbing = cylinder(half_cylinder_nested(R), k, friction=mu)
+    rubbing = cylinder(k, "platen", mu)
     for name in (name for name in paths if k in paths[name]):
         began = perf_counter()
         solver = ContactSolver(rubbing.problem, name, progress=False)
@@ -417,14 +435,12 @@ scene.figure(figure, "friction")
 last = max(scenes)
 scenes[last].problem.save(scene.out / "problem.npz", exact[last])
 scenes[last].write(scene.out / "hertz.xdmf", exact[last])
-scene.cost(
+scene.finish(
     dofs=finest["dofs"],
     contact_candidates=finest["candidates"],
     sweeps=finest["sweeps"],
     cycles=finest["cycles"],
     work_units=finest["work_units"],
-    assembly_seconds=assembly_seconds,
     solve_seconds=finest["seconds"],
     residual=finest["residual"],
 )
-scene.finish()

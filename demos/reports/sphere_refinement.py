@@ -68,7 +68,7 @@ lines = {name: np.maximum(values, 1e-6) for name, values in errors.items()}
 floors = {"half space against the elastic ball, p0": abs(hertz.p0 / p.max() - 1)}
 label, slope = "error against the finest mesh (relative)", None if scene.quick else 1
 scene.figure(convergence_figure(spacing, lines, "node spacing (mm)", label, slope, floors), "refinement")
-line = np.abs(pressed.points[:, 1]) == 0
+line = np.abs(pressed.points[:, 1]) < 1e-9
 x, title = pressed.points[line, 0], "Contact pressure on a line through the middle"
 computed = {f"{dofs} unknowns": np.concatenate([p[line][::-1], p[line]])}
 exact = {"Hertz": hertz.pressure}
