@@ -42,7 +42,8 @@ def page(summary: Summary) -> str:
             "",
             f"Written by `make pages` from the summary of {'a quick' if summary['quick'] else 'a full'} run.",
             f"Measured on {machine['processor']}, {machine['cores']} cores, dolfinx {summary['dolfinx']}.",
-            f"BLAS kernels: {'; '.join(f'{k}: {v}' for k, v in machine['blas'].items()) or 'unknown'}.",
+            f"BLAS kernels: {'; '.join(f'{k}: {v}' for k, v in machine['blas'].items()) or 'unknown'}"
+            + (f", forced by OPENBLAS_CORETYPE={machine['coretype']}." if machine["coretype"] else "."),
             "",
             tabulate(rows, head, "github", disable_numparse=True),
             "",
@@ -70,7 +71,8 @@ def summary_table(summaries: Mapping[str, Summary], rows: Iterable[tuple[str, st
         if r is None:
             continue
         bound = f"{r.get('bound') or ''} " * bool(r.get("bound"))
-        wanted = "" if r["reference"] is None else f"{bound}{r['reference']:.5g} ({r['source']})"
+        source = f" ({r['source']})" * bool(r["source"])
+        wanted = "" if r["reference"] is None else f"{bound}{r['reference']:.5g}{source}"
         judged = (off_by(r) or "").replace("MISSED", "**missed**")
         unit = "" if r["unit"] == "1" else f" {r['unit']}"
         lines.append([words, f"{r['value']:.5g}{unit}", wanted, judged])
@@ -108,7 +110,21 @@ def collect(results: Path, pages: Path) -> dict[str, Summary]:
             with write_aside(pages / f"{summary['scene']}.json") as aside:
                 aside.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     kept = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(pages.glob("*.json"))}
-    for name, summary in kept.items():
+    for name, text in {
+        **{name: page(summary) for name, summary in kept.items()},
+        "README": index(kept),
+    }.items():
         with write_aside(pages / f"{name}.md") as aside:
-            aside.write_text(page(summary), encoding="utf-8")
+            aside.write_text(text, encoding="utf-8")
     return kept
+
+
+def index(kept: Mapping[str, Summary]) -> str:
+    """Markdown page with a line for each summary: results, misses, run time."""
+    rows = []
+    for name, summary in kept.items():
+        judged = [off_by(r) for r in summary["results"].values()]
+        minutes = summary["cost"]["total_seconds"] / 60
+        rows.append([f"[{name}]({name}.md)", len(judged), judged.count("MISSED"), f"{minutes:.1f}"])
+    table = tabulate(rows, ["scene", "results", "bounds missed", "minutes"], "github", disable_numparse=True)
+    return f"# Results of the last full runs\n\nWritten by `make pages`.\n\n{table}\n"

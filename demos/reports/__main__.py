@@ -7,6 +7,7 @@ name a slower one, is unset. How long they will take is known from the runs whos
 import argparse
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -20,6 +21,7 @@ from harness.pages import between_marks, collect, summary_table  # noqa: E402
 from readme_rows import ROWS  # noqa: E402
 
 PAGES, README = HERE / "results", HERE.parents[1] / "README.md"
+PICTURE = Path("section_3_1_1_normal_loading/figure_4.png")
 HANDICAPS = ("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE")
 UNKNOWN = 300.0  # seconds expected of a study that has not been run
 
@@ -56,10 +58,12 @@ def run(names: list[str], options: list[str]) -> int:
 
 
 def write_pages(results: Path) -> None:
-    """Write the page of every kept summary, and the table of the README."""
+    """Write the page of every kept summary, and the table and the picture of the README."""
     PAGES.mkdir(exist_ok=True)
     text = between_marks(README.read_text(encoding="utf-8"), summary_table(collect(results, PAGES), ROWS))
     README.write_text(text, encoding="utf-8")
+    if (results / PICTURE).exists():
+        shutil.copy(results / PICTURE, HERE.parent)
 
 
 def main() -> int:
