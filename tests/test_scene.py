@@ -1,5 +1,7 @@
 """The frame of a demo: options, output folder, summary, and how it ends when something goes wrong."""
 
+import doctest
+import importlib
 import json
 import os
 import signal
@@ -252,3 +254,10 @@ def test_write_aside_refuses_in_a_sentence(tmp_path):
         raise OSError(28, "No space left on device")
     assert (tmp_path / "file").read_text() == "good"
     assert sorted(os.listdir(tmp_path)) == ["file", "folder"]
+
+
+@pytest.mark.parametrize("file", sorted((DEMOS / "harness").glob("*.py")), ids=lambda file: file.stem)
+def test_examples_of_the_harness_run(file):
+    assert "doctest: +SKIP" not in file.read_text(encoding="utf-8")
+    module = importlib.import_module(f"harness.{file.stem}" if file.stem != "__init__" else "harness")
+    assert not doctest.testmod(module).failed
