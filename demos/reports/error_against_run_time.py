@@ -27,13 +27,12 @@ from time import perf_counter
 import matplotlib.pyplot as plt
 import numpy as np
 from bodies import NU, E, P, R, cylinder
-from competitors import ORDERINGS, snes, tao
+from competitors import ORDERINGS, penalty, snes, tao
 from harness.machine import machine, triad_bandwidth
 from harness.readings import read_patch
 from harness.scene import Scene
 
 from forms import Support
-from forms.alternatives import penalty
 from geometry import Plane, half_cylinder
 from model import BodyOnRoad, ContactSolver, NotConverged, Status, follow, solve
 from model.closed_forms.hertz import HertzCylinder

@@ -16,9 +16,9 @@ from dataclasses import replace
 
 import numpy as np
 from bodies import NU, E, R, ball, order_of
+from competitors import snes
 from harness.scene import Scene
 
-from forms.alternatives import vinewtonrsls
 from model import ContactSolver, follow, solve
 from model.closed_forms.hertz import HertzSphere
 from model.closed_forms.mindlin import MindlinSphere
@@ -93,7 +93,7 @@ for name, (linear, sizes) in rivals.items():
         problem = found[k]["pressed"].problem
         start = np.zeros(problem.b.shape)
         start[:, 2] = -0.1  # in contact, or nothing would hold the ball
-        answer = vinewtonrsls(problem, linear, start)
+        answer = snes(problem, "vinewtonrsls", linear, start)
         size = problem.b.size
         seconds[label][size] = answer.seconds
         scene.result(f"seconds[{label}, dofs={size}]", answer.seconds, "s")

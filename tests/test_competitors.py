@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from competitors import ORDERINGS, penalty, snes, tao
+from petsc4py import PETSc
 
 from forms import Elasticity, Isotropic, Support
-from forms.alternatives import penalty, vinewtonrsls
 from geometry import Body, Plane, half_cylinder_nested
 from model import solve
 from model.results.body_on_road import BodyOnRoad
@@ -26,15 +27,40 @@ def start(pressed):
     return u
 
 
-@pytest.mark.parametrize("linear", ["mumps", "gamg"])
-def test_vinewtonrsls_finds_the_same_displacement(pressed, start, linear):
-    ours = solve(pressed.problem, "direct", tolerance=1e-11).displacement
-    theirs = vinewtonrsls(pressed.problem, linear, start, tolerance=1e-10).displacement
+@pytest.fixture(scope="module")
+def ours(pressed):
+    return solve(pressed.problem, "direct", tolerance=1e-11).displacement
+
+
+@pytest.mark.parametrize(
+    ("method", "kind", "linear"),
+    [
+        (snes, "vinewtonrsls", "mumps"),
+        (snes, "vinewtonrsls", "gamg"),
+        (tao, "gpcg", "mumps"),
+        (tao, "gpcg", "gamg"),
+        (tao, "bnls", "mumps"),
+    ],
+)
+def test_petsc_finds_the_same_displacement(pressed, start, ours, method, kind, linear):
+    theirs = method(pressed.problem, kind, linear, start, tolerance=1e-10).displacement
     assert np.abs(theirs - ours).max() < 1e-8 * np.abs(ours).max()
 
 
-def test_penalty_tends_to_the_exact_answer_but_penetrates(pressed, start):
-    ours = solve(pressed.problem, "direct", tolerance=1e-11).displacement
+@pytest.mark.parametrize("ordering", ORDERINGS)
+def test_no_ordering_changes_the_answer_or_stays_behind(pressed, start, ours, ordering):
+    options = PETSc.Options().getAll()
+    theirs = snes(pressed.problem, "vinewtonrsls", "mumps", start, 1e-10, ordering).displacement
+    assert np.abs(theirs - ours).max() < 1e-8 * np.abs(ours).max()
+    assert PETSc.Options().getAll() == options
+
+
+def test_what_does_not_converge_says_so(pressed, start):
+    with pytest.raises(RuntimeError, match="TAO bqpip mumps stopped with reason"):
+        tao(pressed.problem, "bqpip", "mumps", start)
+
+
+def test_penalty_tends_to_the_exact_answer_but_penetrates(pressed, start, ours):
     body, elasticity = pressed.elasticity.body, pressed.elasticity
     load = elasticity.total_force("top", (0.0, -1e4))
     held = np.array([2 * body.nearest_node((0.0, 10.0))])
@@ -49,4 +75,4 @@ def test_penalty_tends_to_the_exact_answer_but_penetrates(pressed, start):
 
 def test_another_road_or_solver_is_refused(pressed):
     with pytest.raises(ValueError, match="linear is 'lu'"):
-        vinewtonrsls(pressed.problem, "lu")
+        snes(pressed.problem, "vinewtonrsls", "lu")
