@@ -6,7 +6,6 @@ TIMES = "error_against_run_time"
 ROWS = [
     ("Hertz, 760 quadrilaterals: peak pressure", NORMAL, "p0[mu=0]"),
     ("half width of the patch", NORMAL, "a[mu=0]"),
-    ("smallest gap, to the last digit", NORMAL, "min_gap[mu=0]"),
     ("mesh-converged peak pressure", "normal_loading_refinement", "p0[mesh-converged, uniform]"),
     ("Hertz's own error at a tenth of the load", "normal_loading_refinement", "hertz_model_error[load=0.1]"),
     ("friction 0.5, ten steps: peak pressure", NORMAL, "p0[mu=0.5]"),
