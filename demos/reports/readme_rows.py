@@ -5,17 +5,17 @@ RING = "section_3_2_bouncing_ring"
 TIMES = "error_against_run_time"
 ROWS = [
     ("Hertz, 760 quadrilaterals: peak pressure", NORMAL, "p0[mu=0]"),
-    ("half width of the patch", NORMAL, "a[mu=0]"),
     ("mesh-converged peak pressure", "normal_loading_refinement", "p0[mesh-converged, uniform]"),
-    ("Hertz's own error at a tenth of the load", "normal_loading_refinement", "hertz_model_error[load=0.1]"),
     ("friction 0.5, ten steps: peak pressure", NORMAL, "p0[mu=0.5]"),
-    ("Coulomb's law violated by", NORMAL, "max_coulomb_violation[mu=0.5]"),
     (
-        "Cattaneo and Mindlin: c/a, 760 quadrilaterals",
         "tangential_refinement",
         "c_over_a[uncoupled, 760 quads]",
     ),
-    ("c/a, 57,344 quadrilaterals", "tangential_refinement", "c_over_a[uncoupled, 57344 quads]"),
+    (
+        "Cattaneo and Mindlin: c/a, 57,344 quadrilaterals",
+        "tangential_refinement",
+        "c_over_a[uncoupled, 57344 quads]",
+    ),
     ("spread of c/a over a load path to P/100", "friction_refinement", "c_over_a_spread[P/100]"),
     ("cycles with friction, worst step over frictionless", "friction_refinement", "cycles_over_frictionless"),
     ("V(1,1) cycles, 1.8 million unknowns", TIMES, "cycles[dofs=1838082]"),
@@ -27,12 +27,10 @@ ROWS = [
     ("bandwidth of a sweep, 1.8 million unknowns", TIMES, "bandwidth_of_a_sweep[dofs=1838082]"),
     ("sphere, 17,000 unknowns: peak pressure", "sphere_on_plane", "p0[dofs=17163]"),
     ("Mindlin's c/a at Q = 0.75 mu F", "sphere_on_plane", "c_over_a[Q=0.75 mu F]"),
-    ("rod against a wall: pressure off by, Newmark", "rod_impact", "pressure_off_by[Newmark]"),
-    ("rod: pressure off by, mass redistribution", "rod_impact", "pressure_off_by[mass redistribution]"),
+    ("rod against a wall: pressure off by", "rod_impact", "pressure_off_by[mass redistribution]"),
     ("ring: first touch, within its step", RING, "first_touch_within_step[mu=0]"),
-    ("ring: energy gained in a step, Newmark", RING, "max_energy_gain_relative[mu=0]"),
     (
-        "ring: energy gained in a step, mass redistribution",
+        "ring: energy gained in the worst step",
         RING,
         "max_energy_gain_relative[mu=0,mass redistribution]",
     ),
@@ -47,5 +45,4 @@ ROWS = [
     ),
     ("extreme cases", "extreme_cases", "cases"),
     ("of them wrong", "extreme_cases", "wrong"),
-    ("random scenes and inputs judged wrong", "extreme_cases", "random_wrong"),
 ]
