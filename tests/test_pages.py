@@ -1,6 +1,7 @@
 """The pages of results say what the kept summaries say, and the README's table too."""
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -59,3 +60,10 @@ def test_misses_are_told():
 def test_text_without_the_marks_is_refused():
     with pytest.raises(ValueError, match="must hold the lines"):
         between_marks(f"{MARKS[0]}\n", "table")
+
+
+def test_an_unknown_study_is_refused_with_the_known_ones():
+    command = [sys.executable, str(ROOT / "demos" / "reports"), "error_against_time"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "there is no study error_against_time; there are error_against_run_time, " in done.stderr

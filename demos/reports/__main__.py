@@ -36,7 +36,8 @@ def expected_seconds(name: str, quick: bool) -> float:
 def run(names: list[str], options: list[str]) -> int:
     """Run the studies; return how many failed."""
     seconds = {name: expected_seconds(name, "--quick" in options) for name in names}
-    print(f"{len(names)} studies, about {max(1, round(sum(seconds.values()) / 60))} minutes.")
+    minutes = max(1, round(sum(seconds.values()) / 60))
+    print(f"Studies: {len(names)}; expected to take {minutes} min.")
     environment = {key: value for key, value in os.environ.items() if key not in HANDICAPS}
     paths = [str(HERE.parent), str(HERE.parents[1]), os.environ.get("PYTHONPATH", "")]
     environment |= {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
