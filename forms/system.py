@@ -77,6 +77,9 @@ class System:
     _loads: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _values: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _eliminated: dict[str, Eliminated] = field(default_factory=dict, repr=False)
+    _held: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64), repr=False)
+    _rows: dict[str, sparse.bsr_array] = field(default_factory=dict, repr=False)
+    _rigid: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     @property
     def mesh(self) -> dolfinx_mesh.Mesh:
@@ -135,6 +138,39 @@ class System:
             if name in self._eliminated and rate.any():
                 force -= (self._eliminated[name].coupling @ rate.ravel()).reshape(force.shape)
         return force
+
+    def nodal_load(self, time: float | None = None, load: np.ndarray | None = None) -> np.ndarray:
+        """Return the forces (N, dim) on the nodes of the space at a time, or check those that are given."""
+        return check_load(self._loads(time) if load is None else load, self.points.shape)
+
+    def reactions(self, motion: dict[str, np.ndarray], applied: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nodes (h,) that supports and platens hold, and their force (h, dim) on each.
+
+        Parameters
+        ----------
+        motion : {"A": displacement, "C": velocity, "M": acceleration}, each (N, dim)
+        applied : (N, dim) all other forces
+        """
+        force = -applied[self._held]
+        for name, values in motion.items():
+            force += (self._rows[name] @ values.ravel()).reshape(force.shape)
+        tied = np.bincount(self.node_of)[self.node_of[self._held]] > 1
+        return self._held, np.where(self.fixed[self.node_of[self._held]] | tied[:, None], force, 0.0)
+
+    def resultant(self, name: str, values: np.ndarray, about: np.ndarray) -> np.ndarray:
+        """Return the sum of the forces A u, C v or M a and their moment about a point, (3,) or (6,).
+
+        Parameters
+        ----------
+        name : "A", "C" or "M"
+        values : (N, dim)
+        about : (dim,)
+        """
+        dim = values.shape[1]
+        whole = self._rigid[name].T @ values.ravel()
+        centre = np.pad(self.points.mean(axis=0) - about, (0, 3 - dim))
+        shift = np.cross(centre, np.pad(whole[:dim], (0, 3 - dim)))
+        return np.concatenate([whole[:dim], whole[dim:] + shift[2 * (dim == 2) :]])
 
     def function(self, u: np.ndarray) -> fem.Function:
         """Return displacements (R, dim) as a dolfinx function in the space."""
@@ -340,10 +376,13 @@ def constrained(
     N = R if node_of is None else len(node_of)
     tied = node_of is not None and N > R
     node_of = np.arange(N) if node_of is None else node_of
-    eliminated = {}
+    held = np.flatnonzero((np.bincount(node_of) > 1)[node_of] | fixed.any(axis=1)[node_of])
+    motions = _rigid_motions(node_positions(space))
+    eliminated, rows, rigid = {}, {}, {}
     for name, matrix in (("A", A), ("M", mass), ("C", damping)):
         if matrix is not None:
             matrix = sparse.bsr_array(matrix, blocksize=(dim, dim))
+            rows[name], rigid[name] = _block_rows(matrix, held), matrix @ motions
             matrix = _renumber(matrix, node_of, R) if tied else matrix
             eliminated[name] = _eliminate(matrix, fixed)
     bare = (eliminated["A"].diagonal <= 0) & ~fixed
@@ -370,6 +409,9 @@ def constrained(
         _loads=loads,
         _values=values,
         _eliminated=eliminated,
+        _held=held,
+        _rows=rows,
+        _rigid=rigid,
     )
     system.load = system.load_at()
     return system
@@ -443,6 +485,27 @@ def _summed(values: np.ndarray, node_of: np.ndarray, R: int) -> np.ndarray:
     summed = np.zeros((R, values.shape[1]))
     np.add.at(summed, node_of, values)
     return summed
+
+
+def _rigid_motions(points: np.ndarray) -> np.ndarray:
+    """Translations and turns (N dim, 3 or 6) about the mean of points (N, dim)."""
+    N, dim = points.shape
+    x = points - points.mean(axis=0)
+    axes = [(0, 1)] if dim == 2 else [(1, 2), (2, 0), (0, 1)]
+    motions = np.zeros((N, dim, dim + len(axes)))
+    motions[:, range(dim), range(dim)] = 1.0
+    for k, (a, b) in enumerate(axes):
+        motions[:, a, dim + k], motions[:, b, dim + k] = -x[:, b], x[:, a]
+    return motions.reshape(N * dim, -1)
+
+
+def _block_rows(A: sparse.bsr_array, nodes: np.ndarray) -> sparse.bsr_array:
+    """The rows of some nodes, (h dim, N dim)."""
+    count = np.diff(A.indptr)[nodes]
+    start = np.concatenate([[0], np.cumsum(count)])
+    places = np.repeat(A.indptr[nodes] - start[:-1], count) + np.arange(start[-1])
+    shape = (len(nodes) * A.blocksize[0], A.shape[1])
+    return sparse.bsr_array((A.data[places], A.indices[places], start), shape=shape)
 
 
 def _renumber(A: sparse.bsr_array, node_of: np.ndarray, R: int) -> sparse.bsr_array:

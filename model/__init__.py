@@ -44,6 +44,7 @@ from model.results.pressure import (
     lumped,
     surface_error,
 )
+from model.results.reactions import Balance
 from model.results.road_surface import write_road
 from model.results.vtkhdf import write_vtkhdf
 from model.solvers.contact_solver import ContactSolver, Solution
@@ -68,6 +69,7 @@ LATE = {
 
 __all__ = [
     "HHT",
+    "Balance",
     "BeyondLinear",
     "BodyOnRoad",
     "Carter",

@@ -98,7 +98,7 @@ def solve(
     else:
         solution = CurvedContact(solver, contact.points).solve(road, tolerance=tolerance, **options)
     contact.look(solution)
-    return solution
+    return replace(solution, time=time)
 
 
 def follow(
@@ -151,22 +151,27 @@ def follow(
         yield from load_stepping.follow(solver, steps, tolerance, **options)
         return
     solver, road = ContactSolver(contact.problem, correction, **made), contact.road
+    times: list[float | None] = []
     if getattr(road, "flat", False):
-        loads = (load for _, load in _loads(contact, steps))
+        loads = (load for _, load in _loads(contact, steps, times))
         path = load_stepping.follow(solver, loads, tolerance, **options)
     else:
         road = road if hasattr(road, "at") else AtRest(road)
         curved = CurvedContact(solver, contact.points)
-        path = curved.follow(road, _loads(contact, steps), tolerance=tolerance, **options)
+        path = curved.follow(road, _loads(contact, steps, times), tolerance=tolerance, **options)
     for solution in path:
         contact.look(solution)
-        yield solution
+        yield replace(solution, time=times[-1])
 
 
-def _loads(contact: Any, steps: Iterable[Any]) -> Iterator[tuple[float, np.ndarray]]:
-    """Time and load (R, dim) of each step."""
+def _loads(
+    contact: Any, steps: Iterable[Any], times: list[float | None]
+) -> Iterator[tuple[float, np.ndarray]]:
+    """Time and load (R, dim) of each step; `times` becomes those that were given."""
     for number, step in enumerate(steps, start=1):
         if step is None or np.ndim(step) == 0:
+            times.append(None if step is None else float(step))
             yield (number if step is None else float(step)), contact.system.load_at(step)
         else:
+            times.append(None)
             yield number, np.asarray(step, dtype=np.float64)

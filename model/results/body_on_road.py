@@ -14,6 +14,7 @@ import numpy as np
 from model.node_loop.friction_laws import FrictionLaw
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
+from model.results.reactions import Balance, balance
 from model.results.road_surface import write_road
 
 
@@ -160,7 +161,9 @@ class BodyOnRoad:
             "displacement": u,
             "contact_pressure": np.zeros(len(u)),
             "contact_traction": np.zeros(u.shape),
-            "gap": road_at(self.road, getattr(solution, "time", 0.0)).closest(self.system.points + u)[0],
+            "gap": road_at(self.road, getattr(solution, "time", None) or 0.0).closest(self.system.points + u)[
+                0
+            ],
             "status": np.zeros(len(u)),
         }
         at = self.nodes
@@ -173,6 +176,42 @@ class BodyOnRoad:
         if cells["stress"].shape[1:] == (3, 3):
             cells["von_mises"] = von_mises(cells["stress"])
         return nodes, cells
+
+    def reactions(self, solution: Any, about: Any = None, load: np.ndarray | None = None) -> Balance:
+        """Return the forces of supports and platens, and the sheet in which all forces on the body balance.
+
+        Loads, reactions, contact, springs to the ground, damping and inertia, each with its sum and its
+        moment about a point. In motion, inertia is M a: the sheet closes for schemes in equilibrium at the
+        end of the step, as Newmark's is, and says by how much others are not.
+
+        Parameters
+        ----------
+        solution : Solution, or a State of motion
+        about : (d,), optional
+            Point of the moments; default the origin.
+        load : (N, d), optional
+            Forces on the nodes of the space, where the solution is of loads that were given as arrays.
+
+        Raises
+        ------
+        ValueError
+            If the load is another one than the solution's.
+
+        Examples
+        --------
+        >>> from forms import Elasticity, Isotropic, Support
+        >>> from geometry import Body, Plane, rectangle
+        >>> from model import solve
+        >>> body = Body.from_grid(rectangle(2.0, 1.0, 4, 2))
+        >>> elasticity = Elasticity(body, Isotropic(E=1e3, nu=0.0))
+        >>> support = Support(body).fix("top", x=0.0, y=-0.01)
+        >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+        >>> contact = BodyOnRoad(system, "bottom", Plane())
+        >>> sheet = contact.reactions(solve(contact), about=(1.0, 0.0))
+        >>> sheet.force["reactions"].round(9) + 0.0, sheet.at(body.nodes("top"))[0].round(9) + 0.0
+        (array([  0., -20.]), array([  0., -20.]))
+        """
+        return balance(self, solution, about, load)
 
     def write(self, path: str | Path, solution: Any) -> None:
         """Write the fields of one solution to NAME.xdmf and NAME.h5, and the road to NAME_road.xdmf and .h5.

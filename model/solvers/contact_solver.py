@@ -52,6 +52,8 @@ class Solution:
     seconds, setup_seconds : float
     peak_memory : int
         Largest resident size of the process so far, bytes.
+    time : float or None
+        Time (or load parameter) of load, supports and road, where `solve` or `follow` was given one.
     """
 
     displacement: np.ndarray
@@ -68,6 +70,7 @@ class Solution:
     seconds: float
     setup_seconds: float
     peak_memory: int
+    time: float | None = None
 
     def cost(self) -> dict[str, float]:
         """Return what the solve cost, set-up included, for `Scene.cost`."""
