@@ -15,6 +15,7 @@ from geometry.obstacles.moving_road import ExtrudedRoad, MovingRoad, RoadSeenFro
 from geometry.obstacles.plane import Plane, Road
 from geometry.obstacles.road_file import read_samples
 from geometry.obstacles.round_road import RoundRoad
+from geometry.obstacles.several_roads import SeveralRoads
 from geometry.obstacles.smooth_road import SmoothRoad
 from geometry.obstacles.surface_road import PolylineRoad, SurfaceRoad
 from geometry.obstacles.topography import read_topography, samples_of
@@ -30,6 +31,7 @@ __all__ = [
     "Road",
     "RoadSeenFromAfar",
     "RoundRoad",
+    "SeveralRoads",
     "ShiftedRoad",
     "SmoothRoad",
     "SurfaceRoad",

@@ -1,9 +1,12 @@
-"""Roads made from other roads: moving with a velocity, looked for only when near, or drawn out sideways."""
+"""Roads made from other roads: moving, looked for only when near, or drawn out sideways."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from geometry.obstacles.plane import Road, check_points
 
@@ -21,28 +24,105 @@ class ShiftedRoad:
         return gap, normal, foot + self.shift
 
 
+class TurnedRoad:
+    """Another road, turned about `centre` by a rotation matrix, then translated by `shift`."""
+
+    def __init__(self, road: Road, rotation: np.ndarray, centre: np.ndarray, shift: np.ndarray):
+        self.road, self.rotation, self.centre, self.shift = road, rotation, centre, shift
+
+    def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
+        points = check_points(self, self.centre.size, points)
+        here = (points - self.shift - self.centre) @ self.rotation + self.centre
+        gap, normal, foot = self.road.closest(here)
+        return (
+            gap,
+            normal @ self.rotation.T,
+            (foot - self.centre) @ self.rotation.T + self.centre + self.shift,
+        )
+
+
 class MovingRoad:
-    """A road that translates with a constant velocity, for sliding.
+    """A road that moves as a rigid body: a belt, a press, a roller that turns.
+
+    What sticks to it goes with it.
 
     Parameters
     ----------
     road : where it is at time 0
-    velocity : dim components, length per time
+    velocity : dim components, length per time; or a function of the time (or load parameter) that returns
+        the displacement (dim,), zero at time 0
+    turn : function of the time that returns the angle in radians, anticlockwise (in space, about `axis`)
+    centre : what it turns about, moving with it; default the origin
+    axis : in space
 
-    A node that sticks moves with the road: let its sticking position (`tangential_reference`) grow by
-    `displacement(t)` from step to step.
+    Raises
+    ------
+    ValueError
+        for vectors of another dimension, and motions that are not finite numbers.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import MovingRoad, Plane
+    >>> belt = MovingRoad(Plane(), (2.0, 0.0))
+    >>> tilting = MovingRoad(Plane(), turn=lambda t: 0.1 * t)
+    >>> belt.displacement(3.0), tilting.at(1.0).closest(np.array([[1.0, 0.0]]))[0].round(4)
+    (array([6., 0.]), array([-0.0998]))
     """
 
-    def __init__(self, road: Road, velocity: ArrayLike):
-        self.road, self.velocity = road, _finite("velocity", velocity)
+    def __init__(
+        self,
+        road: Road,
+        velocity: ArrayLike | Callable[[float], ArrayLike] | None = None,
+        turn: Callable[[float], float] | None = None,
+        centre: ArrayLike | None = None,
+        axis: ArrayLike | None = None,
+    ):
+        self.road, self.turn = road, turn
+        if velocity is None and turn is None:
+            raise ValueError("The road does not move; give its velocity or its turn.")
+        self.path = velocity if callable(velocity) else None
+        rate = None if velocity is None or callable(velocity) else _finite("velocity", velocity)
+        start = None if self.path is None else _finite("displacement at time 0", self.path(0.0))
+        known = [value for value in (rate, start, centre) if value is not None]
+        dim = 3 if axis is not None else len(np.ravel(known[0])) if known else 2
+        self.velocity = np.zeros(dim) if rate is None else rate
+        self.centre = np.zeros(dim) if centre is None else _finite("centre", centre)
+        if dim == 3 and turn is not None and axis is None:
+            raise ValueError("The road turns in space; give the axis that it turns about.")
+        self.axis = None if axis is None else _finite("axis", axis) / np.linalg.norm(_finite("axis", axis))
 
     def displacement(self, time: float) -> np.ndarray:
-        """Return how far (dim,) the road has moved by `time`."""
-        return self.velocity * time
+        """Return how far (dim,) the road, or its centre if it turns, has moved by `time`."""
+        if self.path is None:
+            return self.velocity * time
+        return _finite(f"displacement at time {time:g}", self.path(time))
 
-    def at(self, time: float) -> ShiftedRoad:
+    def rotation(self, time: float) -> np.ndarray:
+        """Return the rotation matrix (dim, dim) at `time`."""
+        dim = len(self.centre)
+        angle = 0.0 if self.turn is None else float(self.turn(time))
+        if not np.isfinite(angle):
+            raise ValueError(f"The road's turn at time {time:g} is {angle}; it must be a finite number.")
+        if angle == 0.0:
+            return np.eye(dim)
+        about = np.array([0.0, 0.0, angle]) if self.axis is None else angle * self.axis
+        return Rotation.from_rotvec(about).as_matrix()[:dim, :dim]
+
+    def at(self, time: float) -> Road:
         """Return the road where it is at `time`."""
-        return ShiftedRoad(self.road, self.displacement(time))
+        if self.turn is None:
+            return ShiftedRoad(self.road, self.displacement(time))
+        return TurnedRoad(self.road, self.rotation(time), self.centre, self.displacement(time))
+
+    def carried(self, points: np.ndarray, start: float, end: float) -> np.ndarray:
+        """Return where points (n, dim) that go with the road from time `start` on are at time `end`."""
+        if self.turn is None:
+            return points + (self.displacement(end) - self.displacement(start))
+        turned = self.rotation(end) @ self.rotation(start).T
+        before, after = self.centre + self.displacement(start), self.centre + self.displacement(end)
+        return (points - before) @ turned.T + after
 
 
 class RoadSeenFromAfar:

@@ -40,9 +40,11 @@ class ContactProblem:
     normal : (n, d)
         Unit normals, from the road into the body.
     gap : (n,)
-        Distance to the road along the normal at zero displacement, >= 0.
+        Distance to the road along the normal at zero displacement, >= 0 (but see `interference`).
     friction : FrictionLaw, float or None
         A law, Coulomb's coefficient, or None for a frictionless road; kept as FrictionLaw or None.
+    interference : bool
+        Take negative gaps for a body drawn into the road, as in a press fit, that is to be pushed out of it.
     tangential_reference : (n, d), optional
         Displacement at which a node sticks; only its tangential part counts. Default zero.
     prolongations : sequence of sparse, optional
@@ -65,6 +67,7 @@ class ContactProblem:
     friction: Any = None
     tangential_reference: np.ndarray | None = None
     prolongations: Any = ()
+    interference: bool = False
     dim: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -132,10 +135,13 @@ class ContactProblem:
         gap = shaped("gap", gap, (self.contact_nodes.size,))
         size = np.abs(self.coordinates).max() + np.ptp(self.coordinates, axis=0).max()
         worst = int(np.argmin(gap))
+        if self.interference:
+            return np.where(np.abs(gap) < 1e-12 * size, 0.0, gap)
         if gap[worst] < -1e-12 * size:
             raise ValueError(
                 f"Node {self.contact_nodes[worst]} starts {-gap[worst]:g} below the road; "
-                "move the body or the road so that every gap is >= 0."
+                "move the body or the road so that every gap is >= 0, or say interference=True if it shall "
+                "be pushed out, as in a press fit."
             )
         return np.maximum(gap, 0.0)
 
@@ -194,7 +200,8 @@ class ContactProblem:
             raise ValueError(
                 f"{path} is not a contact problem saved by ContactProblem.save: {error}."
             ) from None
-        return cls(A=A, friction=mu if mu > 0.0 else None, **arrays)
+        into = bool(np.any(arrays["gap"] < 0))
+        return cls(A=A, friction=mu if mu > 0.0 else None, interference=into, **arrays)
 
 
 def _describe(A: Any) -> str:

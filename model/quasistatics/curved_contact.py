@@ -138,7 +138,8 @@ class CurvedContact:
         Parameters
         ----------
         road : MovingRoad
-            Its `at(time)` is the road at a time, `displacement(time)` (d,) how far it has moved since time 0.
+            Its `at(time)` is the road at a time, `carried(points, start, end)` (n, d) where points that go
+            with it come to be.
         steps : iterable of (time, load (N, d))
         **options
             Further arguments of `solve`.
@@ -149,10 +150,11 @@ class CurvedContact:
             One a step.
         """
         nodes, reference = self.solver.problem.contact_nodes, self.solver.problem.tangential_reference
-        moved = np.zeros(self.points.shape[1])
+        before = 0.0
         for time, b in steps:
-            way, moved = road.displacement(time) - moved, road.displacement(time)
-            solution = self.solve(road.at(time), tangential_reference=reference + way, b=b, **options)
+            sticking = road.carried(self.points + reference, before, time) - self.points
+            before = time
+            solution = self.solve(road.at(time), tangential_reference=sticking, b=b, **options)
             yield solution
             reference = solution.displacement[nodes]
             options |= {"start": solution.displacement, "start_status": solution.status}

@@ -24,9 +24,9 @@ class AtRest:
         """Return the road."""
         return self.road
 
-    def displacement(self, time: float) -> np.ndarray:
-        """Return how far it has moved: not at all."""
-        return np.zeros(1)
+    def carried(self, points: np.ndarray, start: float, end: float) -> np.ndarray:
+        """Return where points (n, d) that go with it have come to be: they stay."""
+        return points
 
 
 def solve(

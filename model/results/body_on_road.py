@@ -37,6 +37,8 @@ class BodyOnRoad:
         A law, Coulomb's coefficient, or None for a frictionless road.
     reach : float, optional
         Take for candidates only nodes whose gap is at most this (mm); default all of the boundary.
+    interference : bool
+        The body is drawn into the road, as in a press fit, and is to be pushed out of it in the first solve.
 
     Attributes
     ----------
@@ -73,6 +75,7 @@ class BodyOnRoad:
         *more: Any,
         friction: FrictionLaw | float | None = None,
         reach: float | None = None,
+        interference: bool = False,
     ):
         self.elasticity: Any = None
         rest = list(more)
@@ -80,6 +83,8 @@ class BodyOnRoad:
             self.elasticity, system, facets = system, facets, rest.pop(0)
             system.stress = self.elasticity.stress if system.stress is None else system.stress
         friction, reach = rest + [friction, reach][len(rest) :]
+        if isinstance(road, list | tuple):
+            raise ValueError("The road is a list; give geometry.SeveralRoads(...) of the roads in it.")
         nodes, area = system.candidates(facets)
         points = system.points[nodes]
         gap, normal, _ = road_at(road).closest(points)
@@ -100,6 +105,7 @@ class BodyOnRoad:
             gap[near],
             friction,
             prolongations=system.prolongations,
+            interference=interference,
         )
 
     @property

@@ -100,8 +100,8 @@ def write_road(path: str | Path, road: Any, around: np.ndarray, times: Sequence[
         return
     series = Series(path, mesh)
     for time in times:
-        moved = np.tile(road.displacement(time), (len(mesh.order), 1))
-        series.write(time, fields | {"displacement": moved})
+        moved = road.carried(surface.points, 0.0, time) - surface.points
+        series.write(time, fields | {"displacement": moved[mesh.order]})
 
 
 def _lines(axes: list[np.ndarray], gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
