@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -207,6 +208,15 @@ def test_no_convergence_names_three_causes_with_numbers(problem):
     assert caught.value.residual == caught.value.history[-1] > 1e-10
     assert caught.value.sweeps > 0
     assert is_sentence(str(caught.value))
+
+
+def test_the_first_cause_is_the_one_that_the_numbers_support(problem):
+    with pytest.raises(NotConverged, match=r"causes: \(1\) rounding, which alone leaves"):
+        solve(problem, "none", tolerance=1e-18)
+    far = replace(problem, gap=problem.gap + 1e6)  # so far away that rounding is large, and not yet there
+    with pytest.raises(NotConverged, match=r"causes: \(1\) (?!rounding)") as caught:
+        solve(far, "none", limit=3)
+    assert caught.value.residual > 1e-3
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.7, 3.0])

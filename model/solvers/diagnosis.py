@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from model.node_loop.contact_sweep import FREE, SLIP
-from model.node_loop.node_loop import NodeLoop
-from model.solvers.iterative_refinement import rounding_floor
+from model.node_loop.node_loop import NodeLoop, length
+from model.solvers.iterative_refinement import ROUNDING, rounding_floor
 
-STILL_FALLING = 2.0  # times, over the last half of the residual tests
+DIGITS = 16  # of a double
 
 
 def likely_causes(
@@ -16,7 +16,10 @@ def likely_causes(
 ) -> list[str]:
     """Name the three likeliest causes, the likeliest first, each with a remedy.
 
-    Every suspect is weighed by a number of the run: around 1 where it explains the failure by itself.
+    Every suspect is weighed by the part of the residual that it explains, from 0 to 1: rounding by the
+    residual that it alone may leave, stiffness by the digits of that which it has cost, time by how far as
+    many tests again would come, friction and support by where the missing force sits: along the road at nodes
+    that touch, or in its sum over the body.
 
     Parameters
     ----------
@@ -31,35 +34,37 @@ def likely_causes(
     correction : str
         Its name.
     """
-    floor = rounding_floor(loop.A, u, loop.load_size + float(np.linalg.norm(loop.force)))
+    residual = max(loop.residual(u, status), 1e-300)
+    missing = loop.R
+    floor = ROUNDING + rounding_floor(loop.A, u, loop.load_size + length(loop.force))
     diagonal = np.einsum("iaa->ia", loop.diagonal)[loop.loaded]
     span = float(diagonal.max(initial=1e-300) / max(diagonal.min(initial=np.inf), 1e-300))
-    half = len(history) // 2 + 1
-    fall = float(np.min(history[:half]) / np.min(history))
+    fall = float(np.min(history[: len(history) // 2 + 1]) / max(np.min(history), 1e-300))
     touching, slipping = np.count_nonzero(status != FREE), np.count_nonzero(status == SLIP)
+    along = np.einsum("cab,cb->ca", loop.frame[:, 1:], missing[loop.nodes])[status != FREE]
     mu = 0.0 if loop.friction is None else loop.friction.coefficient
     suspects = [
         (
-            floor / tolerance,
+            min(floor / residual, 1.0),
             f"rounding, which alone leaves a residual of about {floor:.0e} here: ask for no less",
         ),
         (
-            np.log10(span) / 12,
+            min(floor / residual, 1.0) * np.log10(span) / DIGITS,
             f"stiffness, since the diagonal of A spans a factor of {span:.1e}: bring hard and soft parts, "
             "or the sizes of cells, closer together",
         ),
         (
-            1.0 if fall > STILL_FALLING else 0.3,
+            min(np.log(max(fall, 1.0)) / max(np.log(residual / tolerance), 1.0), 1.0),
             f"time, the residual having fallen by a factor of {fall:.2g} over the last half of "
             f"{len(history)} tests with the correction {correction!r}: raise limit or change it",
         ),
         (
-            min(1.0, 0.3 + mu) if mu > 0.0 else 0.0,
+            (length(along) / max(length(missing), 1e-300)) ** 2 if mu > 0.0 else 0.0,
             f"friction, with mu = {mu:g} and {slipping} nodes in slip: take smaller load steps, for where "
             "friction is large there may be several answers or none",
         ),
         (
-            0.5 if touching <= loop.shape[1] else 0.2,
+            length(missing.sum(axis=0)) / max(float(np.linalg.norm(missing, axis=1).sum()), 1e-300),
             f"support, with {touching} of {status.size} candidates in contact: fix the body, should nothing "
             "else hold it",
         ),
