@@ -29,7 +29,7 @@ from model import (
     solve,
 )
 
-DEMO = Path(__file__).parents[1] / "demos" / "extreme_cases.py"
+DEMO = Path(__file__).parents[1] / "demos" / "reports" / "extreme_cases.py"
 MSH = """$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -225,6 +225,7 @@ def test_ctrl_c_at_any_moment(seconds, tmp_path):
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(command, cwd=tmp_path, text=True, **pipes) as process:
         while not (tmp_path / "extreme_cases").exists():
+            assert process.poll() is None, process.communicate()[1]
             time.sleep(0.01)
         time.sleep(seconds)
         process.send_signal(signal.SIGINT)

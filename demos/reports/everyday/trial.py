@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from geometry import MovingRoad
-from model import ContactSolver, MovingBody, NotConverged, follow
+from model import ContactSolver, MovingBody, NotConverged, follow, solve
 from model.dynamics.schemes import IMPLICIT
 from model.quasistatics.curved_contact import CurvedContact
 
@@ -128,6 +128,7 @@ def _posed(scene: Scene, b: np.ndarray | None = None, reference: np.ndarray | No
         problem.gap,
         problem.friction_coefficient,
         np.zeros_like(problem.normal) if reference is None else reference,
+        rounding=16 * EPS * np.abs(scene.pressed.points).max(),
     )
 
 
@@ -144,11 +145,10 @@ def _answer(solution: Any) -> Answer:
 
 
 def _static(scene: Scene) -> tuple[list, Any]:
-    problem = scene.pressed.problem
-    solver = ContactSolver(problem, _correction(scene), progress=False)
     if not scene.curved:
-        solution = solver.solve()
+        solution = solve(scene.pressed, _correction(scene), progress=False)
         return [(_posed(scene), _answer(solution))], solution
+    solver = ContactSolver(scene.pressed.problem, _correction(scene), progress=False)
     contact = CurvedContact(solver, scene.pressed.points)
     solution = contact.solve(scene.road)
     return [(_on_planes(scene, contact, solution), _answer(solution))], solution
@@ -202,16 +202,15 @@ def _normal_is_the_roads(scene: Scene, contact: Any, solution: Any) -> list[str]
 
 def _in_steps(scene: Scene) -> tuple[list, Any]:
     """A load path, each step judged with the sticking points that the last one left."""
-    problem = scene.pressed.problem
-    solver = ContactSolver(problem, _correction(scene), progress=False)
+    problem, correction = scene.pressed.problem, _correction(scene)
     loads = [k / STEPS * problem.b for k in range(1, STEPS + 1)]
     pairs, reference = [], np.zeros_like(problem.normal)
     if not scene.curved:
-        for b, solution in zip(loads, follow(solver, loads)):
+        for b, solution in zip(loads, follow(scene.pressed, loads, correction, progress=False)):
             pairs.append((_posed(scene, b, reference), _answer(solution)))
             reference = solution.displacement[problem.contact_nodes]
         return pairs, solution
-    contact = CurvedContact(solver, scene.pressed.points)
+    contact = CurvedContact(ContactSolver(problem, correction, progress=False), scene.pressed.points)
     still = MovingRoad(scene.road, np.zeros(problem.dim))
     for b, solution in zip(loads, contact.follow(still, enumerate(loads, start=1))):
         anchor = scene.road.closest(scene.pressed.points + reference)[2] - scene.pressed.points
