@@ -11,6 +11,7 @@ slipping at the end of the last step, else 0.0. A node sticks while its tangenti
 laws through their address: one compiled loop serves them all, and a frictionless scene compiles none of it.
 """
 
+from functools import cache
 from math import exp, isfinite
 from typing import Any
 
@@ -105,13 +106,18 @@ def coulomb(mu: float) -> FrictionLaw:
         If `mu` is negative or not finite.
     """
     _checked(mu=mu)
-    mu = float(mu)
+    return FrictionLaw(_coulomb_bound(float(mu)), f"Coulomb(mu={mu:g})", float(mu))
+
+
+@cache
+def _coulomb_bound(mu: float) -> Any:
+    """Compile mu times the pressure, once for each mu."""
 
     @cfunc(SIGNATURE, cache=True)
     def bound(pressure, slip, state):
         return mu * pressure
 
-    return FrictionLaw(bound, f"Coulomb(mu={mu:g})", mu)
+    return bound
 
 
 def static_kinetic(mu_static: float, mu_kinetic: float) -> FrictionLaw:
