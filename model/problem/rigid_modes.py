@@ -1,11 +1,18 @@
-"""Rigid motions: which of them nothing but the contact resists, and whether the contact can."""
+"""Rigid modes: motions that A does not resist, and whether the road can."""
 
 import numpy as np
+from scipy.linalg import qr
 from scipy.optimize import nnls
 from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from model.node_loop.contact_sweep import frames
+
+BALANCE = 1e-9  # of the load: what NNLS leaves of a load that is balanced is below it by a factor of ten
+LANDINGS = (
+    100  # nodes that may arrive one after the other; a few are enough, and the solver goes on from anywhere
+)
+SEEN = 1e-10  # of the largest work on any mode: a mode on which unit forces do less is not resisted
 
 
 def rigid_motions(coordinates: np.ndarray) -> np.ndarray:
@@ -33,6 +40,14 @@ def bodies(A: bsr_array) -> np.ndarray:
     _, label = connected_components(graph, directed=False)
     label[np.bincount(label)[label] == 1] = -1
     return np.unique(label, return_inverse=True)[1] - int(label.min() < 0)
+
+
+def parts(A: bsr_array, chosen: np.ndarray) -> np.ndarray:
+    """Tell which connected part of the chosen nodes (N,) of A each node belongs to, (N,); -1 outside."""
+    graph = csr_array((np.ones(A.indices.size, dtype=np.int8), A.indices, A.indptr), shape=(chosen.size,) * 2)
+    label = np.full(chosen.size, -1)
+    label[chosen] = connected_components(graph[chosen][:, chosen], directed=False)[1]
+    return label
 
 
 def motions_of_each_body(coordinates: np.ndarray, body: np.ndarray) -> np.ndarray:
@@ -66,12 +81,13 @@ def unheld_motions(A: bsr_array, coordinates: np.ndarray, body: np.ndarray) -> n
     return motions @ np.linalg.solve(lower.T, vectors[:, values < 1e-13])
 
 
-class Hold:
-    """What holds a body against its loads: the road, where A alone does not.
+class RigidModes:
+    """Rigid modes of the bodies in A, and their equilibrium with forces of the road.
 
-    Every rigid motion r with A r = 0 must be balanced by forces of the road, sum f_i . r_i = -b . r, with f_i
-    in the friction cones. (In 3-D the cones are replaced by pyramids of eight edges around them: a load just
-    outside the cones is left for the solver to find out.)
+    Every motion r with A r = 0 must be balanced by forces of the road, sum f_i . r_i = -b . r, with f_i in
+    the friction cones (Farkas' lemma: either there are such forces, or an admissible motion on which the
+    load does work). In 3-D the cones are replaced by pyramids of eight edges around them: a load just outside
+    the cones is left for the solver to find out.
 
     Parameters
     ----------
@@ -79,83 +95,142 @@ class Hold:
     coordinates : (N, d)
     nodes : (n,)
         Candidates.
-    normal : (n, d)
-    mu : float
-        Coefficient of friction.
 
     Attributes
     ----------
-    motions : (N d, m)
-        Rigid motions that A does not resist.
-
-    Raises
-    ------
-    ValueError
-        Saying which motion nothing resists.
+    modes : (N d, m)
+        Orthonormal.
     """
 
-    def __init__(
-        self, A: bsr_array, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray, mu: float
-    ):
-        body = bodies(A)
-        self.motions, self._count = unheld_motions(A, coordinates, body), nodes.size
-        if self.motions.shape[1] == 0:
-            return
-        d = coordinates.shape[1]
-        motions = self.motions = np.linalg.qr(self.motions)[0]
-        at_nodes = motions.reshape(-1, d, motions.shape[1])[nodes]
-        self._powers = np.einsum("ecd,cdm->mec", _cone_edges(normal, mu), at_nodes).reshape(
-            motions.shape[1], -1
-        )
-        directions, sizes, _ = np.linalg.svd(self._powers)
-        resisted = int(np.sum(sizes > 1e-10 * sizes.max(initial=1e-300)))
-        if resisted < motions.shape[1]:
-            motion = (motions @ directions[:, resisted]).reshape(-1, d)
-            raise ValueError(
-                f"Neither supports nor the road resist {_in_words(motion)}; "
-                "fix the body against it or give the road friction."
-            )
-        self._spread = np.concatenate(
-            [
-                here[spread_candidates(coordinates[nodes[here]], d)]
-                for here in map(np.flatnonzero, _each(body[nodes]))
-            ]
-        )
+    def __init__(self, A: bsr_array, coordinates: np.ndarray, nodes: np.ndarray):
+        self.coordinates, self.nodes, self._body = coordinates, nodes, bodies(A)
+        self.modes = np.linalg.qr(unheld_motions(A, coordinates, self._body))[0]
+        self.count = self.modes.shape[1]
 
-    def nodes(self, b: np.ndarray) -> np.ndarray:
-        """Find candidates that can hold the body against its load b (N, d).
+    def at(self, nodes: np.ndarray) -> np.ndarray:
+        """The modes (k, d, m) at nodes (k,)."""
+        N, d = self.coordinates.shape
+        return self.modes.reshape(N, d, -1)[nodes]
 
-        Returns
-        -------
-        (k,) numbers of a few candidates, far apart, that balance the load; none where A holds the body.
+    def require_resistance(self, normal: np.ndarray, mu: float) -> None:
+        """Refuse a body with a mode that no candidate can resist.
+
+        Parameters
+        ----------
+        normal : (n, d)
+        mu : float
+            Coefficient of friction.
 
         Raises
         ------
         ValueError
-            If nothing can hold the body against this load.
+            Naming the motion.
         """
-        if self.motions.shape[1] == 0:
-            return np.zeros(0, dtype=np.int64)
-        wanted = -(self.motions.T @ b.ravel())
-        if not np.any(wanted):
-            return self._spread
-        forces, missing = nnls(
-            self._powers, wanted / np.linalg.norm(wanted), maxiter=100 * self._powers.shape[1]
-        )
-        if missing > 1e-7:
-            motion = (self.motions @ -wanted).reshape(b.shape)
+        if not self.count:
+            return
+        _, sizes, directions = np.linalg.svd(self._work(normal, mu), full_matrices=True)
+        resisted = int(np.sum(sizes > SEEN * sizes.max(initial=1e-300)))
+        if resisted < self.count:
             raise ValueError(
-                f"The load drives the body into {_in_words(motion)} that neither supports nor the road can "
-                "stop; load it towards the road or fix it."
+                f"Neither supports nor the road resist {self._in_words(directions[resisted])}; "
+                "fix the body against it or give the road friction."
             )
-        return np.union1d(self._spread, np.flatnonzero(forces.reshape(-1, self._count).any(axis=0)))
+
+    def require_balance(self, b: np.ndarray, normal: np.ndarray, mu: float, tolerance: float) -> None:
+        """Refuse a load (N, d) that the road, with normals (n, d), cannot balance on the modes.
+
+        Raises
+        ------
+        ValueError
+            Naming the motion, and the force, if more than `tolerance` of the load is missing.
+        """
+        if self.count:
+            left = self._unbalanced(b, self._work(normal, mu), tolerance)
+            if left.any():
+                motion = self.modes @ left
+                force = motion @ b.ravel() / np.linalg.norm(motion.reshape(b.shape), axis=1).max()
+                raise ValueError(
+                    f"The load drives the body into {self._in_words(left)} that neither supports nor the road "
+                    f"can stop, with a force of {force:.3g}; load it towards the road or fix it."
+                )
+
+    def landing(self, b: np.ndarray, normal: np.ndarray, mu: float, gap: np.ndarray) -> np.ndarray:
+        """Amplitudes (m,) of the modes by which the load (N, d) moves the body, were it rigid, to rest.
+
+        The body goes the way that the nodes on the road leave it, until the next arrives (gradient
+        projection, J. B. Rosen, J. SIAM 8 (1960) 181).
+        """
+        amplitudes, height = np.zeros(self.count), float(gap.max(initial=0.0))
+        if height <= 0.0:
+            return amplitudes
+        work, rise = self._work(normal, mu), self._work(normal, 0.0)
+        for _ in range(LANDINGS):
+            near = np.tile(gap <= SEEN * height, len(work) // gap.size)
+            left = self._unbalanced(b, work[near], BALANCE)
+            speed = rise @ left
+            falls = speed < -SEEN * np.abs(speed).max(initial=0.0)
+            if not falls.any():
+                break
+            time = float(np.min(np.maximum(gap[falls], 0.0) / -speed[falls]))
+            amplitudes += time * left
+            gap = gap + time * speed
+        return amplitudes
+
+    def _unbalanced(self, b: np.ndarray, work: np.ndarray, tolerance: float) -> np.ndarray:
+        """What forces that do such work (k, m) on the modes leave of a load (N, d) at best, (m,), per its size.
+
+        It is the motion that leads nowhere into the road into which the load drives the body with the
+        greatest force; zero where it is below `tolerance`.
+        """
+        load, size = self.modes.T @ b.ravel(), np.linalg.norm(b)
+        if not np.linalg.norm(load) > tolerance * size:
+            return np.zeros(self.count)
+        left = load / size
+        if len(work):
+            left = left + work.T @ nnls(work.T, -load / size, maxiter=100 * len(work))[0]
+        return left if np.linalg.norm(left) > tolerance else np.zeros(self.count)
+
+    def _work(self, normal: np.ndarray, mu: float) -> np.ndarray:
+        """Work (e n, m) of unit forces along the edges of the friction cones on the modes."""
+        edges = _cone_edges(normal, mu)
+        return np.einsum("ecd,cdm->ecm", edges, self.at(self.nodes)).reshape(-1, self.count)
+
+    def _in_words(self, amplitudes: np.ndarray) -> str:
+        """Say what a rigid motion is, of the body that it moves most."""
+        motion = (self.modes @ amplitudes).reshape(self.coordinates.shape)
+        size = np.linalg.norm(motion, axis=1)
+        here = self._body == self._body[np.argmax(size)]
+        x, v = self.coordinates[here], motion[here]
+        centre, mean = x.mean(axis=0), v.mean(axis=0)
+        d = x.shape[1]
+        away, turning = np.zeros((len(x), 3)), np.zeros((len(x), 3))
+        away[:, :d], turning[:, :d] = x - centre, v - mean
+        spread = np.sum(away**2) * np.eye(3) - away.T @ away
+        spin = np.linalg.pinv(spread, rcond=1e-10) @ np.cross(away, turning).sum(axis=0)
+        # v = mean + spin x (x - centre)
+        if np.abs(turning).max() < 1e-3 * np.linalg.norm(mean):
+            return f"a translation along {_vector(mean / np.linalg.norm(mean))}"
+        through = centre + np.cross(spin, np.append(mean, [0.0] * (3 - d)))[:d] / (spin @ spin)
+        along = "" if d == 2 else f" along {_vector(spin / np.linalg.norm(spin))}"
+        return f"a rotation about {'' if d == 2 else 'an axis through '}{_vector(through)}{along}"
 
 
-def nodes_that_hold(
-    A: bsr_array, b: np.ndarray, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray, mu: float
-) -> np.ndarray:
-    """Find candidates that can hold the body against its load, as `Hold` does."""
-    return Hold(A, coordinates, nodes, normal, mu).nodes(b)
+def _vector(x: np.ndarray) -> str:
+    """Components of a vector, what is rounding beside the others as 0."""
+    x = np.where(np.abs(x) < 1e-12 * np.abs(x).max(), 0.0, x)
+    return "(" + ", ".join(f"{component:.3g}" for component in x) + ")"
+
+
+def determinate_unknowns(modes: np.ndarray) -> np.ndarray:
+    """As many rows of modes (N d, m) as there are independent ones: statically determinate supports.
+
+    QR with column pivoting of the transpose, Businger and Golub, Numer. Math. 7 (1965).
+    """
+    if modes.shape[1] == 0:
+        return np.zeros(0, dtype=np.int64)
+    triangle, order = qr(modes.T, mode="r", pivoting=True)
+    sizes = np.abs(triangle.diagonal())
+    return order[: sizes.size][sizes > SEEN * sizes[0]].astype(np.int64)
 
 
 def _cone_edges(normal: np.ndarray, mu: float) -> np.ndarray:
@@ -170,22 +245,3 @@ def _cone_edges(normal: np.ndarray, mu: float) -> np.ndarray:
         outside = 1.0 / np.cos(np.pi / 8)
         tangents = [outside * (np.cos(t) * frame[:, 1] + np.sin(t) * frame[:, 2]) for t in angles]
     return np.stack([frame[:, 0] + mu * tangent for tangent in tangents])
-
-
-def _in_words(motion: np.ndarray) -> str:
-    """Say what a rigid motion (N, d) mostly is."""
-    mean = motion.mean(axis=0)
-    if np.linalg.norm(mean) > 0.5 * np.sqrt(np.mean(np.sum(motion**2, axis=1))):
-        return "a translation along (" + ", ".join(f"{x:.3g}" for x in mean / np.linalg.norm(mean)) + ")"
-    return "a rotation"
-
-
-def spread_candidates(points: np.ndarray, count: int) -> np.ndarray:
-    """Numbers of `count` of the points (n, d), far from each other; fewer where there are fewer points."""
-    distance = np.linalg.norm(points - points.mean(axis=0), axis=1)
-    chosen: list[int] = []
-    while len(chosen) < min(count, points.shape[0]):
-        chosen.append(int(np.argmax(distance)))
-        away = np.linalg.norm(points - points[chosen[-1]], axis=1)
-        distance = away if len(chosen) == 1 else np.minimum(distance, away)
-    return np.unique(chosen)

@@ -12,7 +12,7 @@ from model.checks import positive
 from model.node_loop.blocks import block_matrix
 from model.node_loop.node_loop import NodeLoop, length
 from model.problem.contact_problem import ContactProblem, shaped
-from model.problem.rigid_modes import Hold
+from model.problem.rigid_modes import BALANCE, RigidModes
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.diagnosis import likely_causes
 from model.solvers.iterative_refinement import gap_at, missing_at, rounding_floor
@@ -135,14 +135,9 @@ class ContactSolver:
             raise ValueError(f"order must be a permutation of 0, ..., {N - 1}.")
         began = perf_counter()
         self.problem, self.progress = problem, progress
-        self._hold: Hold | None = Hold(
-            problem.A,
-            problem.coordinates,
-            problem.contact_nodes,
-            problem.normal,
-            problem.friction_coefficient,
-        )
-        self.holding = self._hold.nodes(problem.b)
+        self.rigid = RigidModes(problem.A, problem.coordinates, problem.contact_nodes)
+        self.rigid.require_resistance(problem.normal, problem.friction_coefficient)
+        self.rigid.require_balance(problem.b, problem.normal, problem.friction_coefficient, BALANCE)
         A = block_matrix(problem.A)
         self.loop = NodeLoop(A, problem.contact_nodes, problem.normal, problem.friction, order)
         self.correction = self._make(correction)
@@ -151,6 +146,7 @@ class ContactSolver:
         self.u = np.zeros((N, problem.dim))
         self.gap = problem.gap
         self.state = np.zeros(problem.contact_nodes.size)
+        self._planes_follow = False
 
     def _make(self, correction: str) -> Any:
         problem, loop = self.problem, self.loop
@@ -167,7 +163,7 @@ class ContactSolver:
             return geometric(loop, problem.prolongations, problem.coordinates)
         if correction == "algebraic":
             return algebraic(problem.A, loop, problem.coordinates)
-        return Condensation(problem.A, loop, self.holding)
+        return Condensation(problem.A, loop, self.rigid)
 
     def update_normals(self, normal: np.ndarray, gap: np.ndarray) -> None:
         """Give every candidate a new plane.
@@ -175,7 +171,7 @@ class ContactSolver:
         Its unit normal (n, d), and its distance (n,) at zero displacement, of any sign.
         """
         self.loop.update_normals(normal)
-        self._hold = None  # it knows the old normals
+        self._planes_follow = True
         self.gap = np.asarray(gap, dtype=np.float64)
         self.correction.update_normals()
 
@@ -226,8 +222,8 @@ class ContactSolver:
             b = problem.b
         else:
             b = shaped("b", b, loop.shape)
-            if self._hold is not None:
-                self._hold.nodes(b)  # or refuse the load
+            if not self._planes_follow:  # on a curved road others may hold the body in the end
+                self.rigid.require_balance(b, problem.normal, problem.friction_coefficient, BALANCE)
         gap = self.gap if gap is None else problem.checked_gap(gap)
         if tangential_reference is None:
             tangential_reference = problem.tangential_reference

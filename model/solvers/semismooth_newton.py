@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from scipy.linalg.lapack import dpotrf, dpotri
 
-from model.node_loop.blocks import generalised_inverses
+from model.node_loop.blocks import BlockMatrix, generalised_inverses
 from model.node_loop.contact_sweep import (
     FREE,
     SLIP,
@@ -26,42 +27,48 @@ from model.node_loop.contact_sweep import (
 from model.node_loop.friction_laws import FrictionLaw, allowed
 from model.node_loop.natural_residual import admissible_traction
 from model.solvers.pivoting import contact_by_pivoting
+from model.solvers.projected_newton import project_newton
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
 PATIENCE = 20  # chains that may fail
 
 
 class SmallProblem:
-    """The contact problem of k nodes with a dense matrix.
+    """The contact problem of k nodes with a dense matrix, along s components each: the normal, or all.
 
     Parameters
     ----------
-    stiffness : (k d, k d)
-        Positive definite, in the frames of the nodes; only the lower triangle is read, all is written.
-    compliance : (k d, k d)
-        Its inverse.
-    springs : (k, 1)
-        Stiffness of the springs that ground the nodes, part of `stiffness`, to be taken out.
+    W : (k s, k s)
+        Displacements under unit forces with the pins at rest, in the frames of the nodes.
+    G : (k s, p)
+        Displacements when the pins move by a unit.
+    resistance : (p, p)
+        What the pins resist by themselves.
+    sides : int
+        s.
     friction : FrictionLaw or None
-        The law.
+        The law; None where s = 1.
     """
 
     def __init__(
-        self,
-        stiffness: np.ndarray,
-        compliance: np.ndarray,
-        springs: np.ndarray,
-        friction: FrictionLaw | None,
+        self, W: np.ndarray, G: np.ndarray, resistance: np.ndarray, sides: int, friction: FrictionLaw | None
     ):
-        k = springs.size
-        d = stiffness.shape[0] // k
+        k = W.shape[0] // sides
+        S, Y, Z = bordered_inverse(W, G, resistance)
+        free = G[:, np.abs(resistance).sum(axis=0) == 0.0]
         self.arrays = Condensed(
-            stiffness,
-            np.empty((k * d, k * d)),
-            np.empty((0, 0)) if springs.any() else compliance,
-            springs,
+            S,
+            W if G.shape[1] == 0 else np.empty((0, 0)),
+            Y,
+            Z,
+            free,
+            BlockMatrix(
+                np.arange(0, k * k + 1, k, dtype=np.uint64),
+                np.tile(np.arange(k, dtype=np.uint32), k),
+                np.empty((k * k, sides, sides)),
+            ),
             np.arange(k),
-            *(np.empty((k, d, d)) for _ in range(5)),
+            *(np.empty((k, sides, sides)) for _ in range(5)),
         )
         prepare(self.arrays)
         self._bound = None if friction is None else friction.address
@@ -72,12 +79,14 @@ class SmallProblem:
         active: np.ndarray,
         u: np.ndarray,
         free: np.ndarray,
+        power: np.ndarray,
         gap: np.ndarray,
+        after: np.ndarray,
         known: np.ndarray,
         status: np.ndarray,
         slip_rate: float,
         tolerance: float,
-    ) -> np.ndarray:
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Find the forces that the nodes miss, all others in equilibrium.
 
         Parameters
@@ -87,9 +96,11 @@ class SmallProblem:
         active : (k,)
             The numbers among them of the nodes of this problem.
         u, free : (N, d)
-            Displacement, and where it would go from there with the known forces alone.
-        gap : (n,)
-            Gaps at u.
+            Displacement, and where it would go from there with the known forces alone and the pins at rest.
+        power : (p,)
+            Work of the known forces when the pins move by a unit.
+        gap, after : (n,)
+            Gaps at u, and as they would be by what has been found so far: where to start.
         known : (n, d)
             Known forces of the road.
         status : (n,)
@@ -102,13 +113,44 @@ class SmallProblem:
 
         Returns
         -------
-        (k, d), forces of the road that are missing, and forces of the springs that ground the nodes.
+        force : (k, d)
+            Forces of the road that are missing.
+        pins : (p,)
+            Displacements of the pins.
         """
-        force = np.empty((active.size, u.shape[1]))
+        force, pins = np.empty((active.size, u.shape[1])), np.empty(power.size)
         solve_active(
-            self.arrays, whole, active, u, free, gap, known, status, force, self._bound, slip_rate, tolerance
+            self.arrays,
+            whole,
+            active,
+            u,
+            free,
+            power,
+            gap,
+            after,
+            known,
+            status,
+            force,
+            pins,
+            self._bound,
+            slip_rate,
+            tolerance,
         )
-        return force
+        return force, pins
+
+
+def bordered_inverse(
+    W: np.ndarray, G: np.ndarray, resistance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Blocks S (k, k), Y (k, p), Z (p, p) of the inverse of [[W, G], [G^T, -resistance]], scaled on the way."""
+    k, p = G.shape
+    if p == 0:
+        factor, trouble = dpotrf(W, lower=1)
+        S = np.linalg.inv(W) if trouble else dpotri(factor, lower=1)[0]
+        return S, np.zeros((k, 0)), np.zeros((0, 0))
+    w, g = W.diagonal().mean() or 1.0, np.abs(G).max()
+    inverse = np.linalg.inv(np.block([[W / w, G / g], [G.T / g, -resistance * (w / g**2)]]))
+    return inverse[:k, :k] / w, inverse[:k, k:] / g, inverse[k:, k:] * (w / g**2)
 
 
 class Condensed(NamedTuple):
@@ -116,19 +158,23 @@ class Condensed(NamedTuple):
 
     Attributes
     ----------
-    grounded, S : (k d, k d) stiffness with the springs and without
-    W : (k d, k d) inverse of S; empty where there are springs
-    springs : (k, 1)
+    S : (k s, k s) stiffness
+    W : (k s, k s) its inverse; empty where there are pins
+    Y, Z : (k s, p), (p, p) what moves the pins
+    G : (k s, m) rigid modes, S G = 0
+    blocks : BlockMatrix, S once more
     nodes : (k,) 0, 1, 2, ...
-    frame : (k, d, d) unit matrices: the problem is in the nodes' frames already
-    block, inverse : (k, d, d) diagonal blocks of S, and their inverses
-    alone, yielding : (k, d, d) inverses of the diagonal blocks of W, and these
+    frame : (k, s, s) unit matrices: the problem is in the nodes' frames already
+    block, inverse : (k, s, s) diagonal blocks of S, and their inverses
+    alone, yielding : (k, s, s) inverses of the diagonal blocks of W, and these
     """
 
-    grounded: np.ndarray
     S: np.ndarray
     W: np.ndarray
-    springs: np.ndarray
+    Y: np.ndarray
+    Z: np.ndarray
+    G: np.ndarray
+    blocks: BlockMatrix
     nodes: np.ndarray
     frame: np.ndarray
     block: np.ndarray
@@ -139,61 +185,75 @@ class Condensed(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def prepare(arrays):
-    """Fill in the stiffness from its lower triangle, take the springs out, and fill in the rest."""
-    grounded, S = arrays.grounded, arrays.S
-    k, d = arrays.block.shape[:2]
-    for i in range(k * d):
-        for j in range(i + 1):
-            grounded[j, i] = grounded[i, j]
-            S[i, j] = grounded[i, j]
-            S[j, i] = grounded[i, j]
-        S[i, i] -= arrays.springs[i // d, 0]
+    """Fill in the stiffness from its lower triangle, and the rest."""
+    S = arrays.S
+    k, s = arrays.block.shape[:2]
+    for i in range(k * s):
+        for j in range(i):
+            S[j, i] = S[i, j]
     for c in range(k):
-        for a in range(d):
-            for b in range(d):
+        for e in range(k):
+            for a in range(s):
+                for b in range(s):
+                    arrays.blocks.data[c * k + e, a, b] = S[c * s + a, e * s + b]
+        for a in range(s):
+            for b in range(s):
                 arrays.frame[c, a, b] = 1.0 if a == b else 0.0
-                arrays.block[c, a, b] = S[c * d + a, c * d + b]
-                arrays.yielding[c, a, b] = 0.0 if arrays.W.size == 0 else arrays.W[c * d + a, c * d + b]
+                arrays.block[c, a, b] = S[c * s + a, c * s + b]
+                arrays.yielding[c, a, b] = 0.0 if arrays.W.size == 0 else arrays.W[c * s + a, c * s + b]
     generalised_inverses(arrays.block, arrays.nodes, arrays.inverse)
     if arrays.W.size:
         generalised_inverses(arrays.yielding, arrays.nodes, arrays.alone)
 
 
 @njit(cache=True, error_model="numpy")
-def solve_active(arrays, whole, active, u, free, gap, known, status, force, bound, slip_rate, tolerance):
-    """Fill `force` (k, d) and the status (n,) of the active candidates, from global components and back."""
-    k, d = force.shape
-    target, b, move, local = np.empty(k * d), np.zeros((k, d)), np.zeros((k, d)), np.zeros((k, d))
-    gaps, state = np.empty(k), np.empty(k)
-    reference, decided = np.empty((k, d - 1)), np.empty(k, dtype=status.dtype)
+def solve_active(
+    arrays, whole, active, u, free, power, gap, after, known, status, force, pins, bound, slip_rate, tolerance
+):
+    """Fill `force` (k, d), `pins` and the status (n,) of the active candidates, from global components and back."""
+    k, s = arrays.block.shape[:2]
+    d = force.shape[1]
+    target, b, move, local = np.empty(k * s), np.zeros((k, s)), np.zeros((k, s)), np.zeros((k, s))
+    gaps, state, found = np.empty(k), np.empty(k), np.empty((k, s))
+    reference, decided = np.empty((k, s - 1)), np.empty(k, dtype=status.dtype)
     for j in range(k):
         c = active[j]
         i = whole.nodes[c]
         gaps[j], state[j], decided[j] = gap[c], whole.state[c], status[c]
-        for a in range(d):
+        for a in range(s):
             go, been = 0.0, 0.0
             for e in range(d):
                 go += whole.frame[c, a, e] * free[i, e]
                 been += whole.frame[c, a, e] * u[i, e]
                 local[j, a] += whole.frame[c, a, e] * known[c, e]
-            target[j * d + a] = go
+            target[j * s + a] = go
             b[j, a] -= local[j, a]
             if a > 0:
                 reference[j, a - 1] = whole.reference[c, a - 1] - been
-    for i in range(k * d):
-        for j in range(k * d):
-            b[i // d, i % d] += arrays.grounded[i, j] * target[j]
+    for i in range(k * s):
+        for j in range(k * s):
+            b[i // s, i % s] += arrays.S[i, j] * target[j]
+        for q in range(power.size):
+            b[i // s, i % s] += arrays.Y[i, q] * power[q]
     contact = Candidates(arrays.nodes, arrays.nodes, arrays.frame, arrays.block, gaps, reference, state)
-    solve_small(arrays, contact, b, move, decided, force, bound, slip_rate, tolerance)
+    if bound is None:
+        move[:, 0] = after[active] - gaps
+        project_newton(arrays, contact, b[:, 0], move, decided, found, tolerance)
+    else:
+        solve_small(arrays, contact, b, move, decided, found, bound, slip_rate, tolerance)
+    for q in range(power.size):
+        pins[q] = 0.0
+        for e in range(power.size):
+            pins[q] -= arrays.Z[q, e] * power[e]
+        for i in range(k * s):
+            pins[q] += arrays.Y[i, q] * (move[i // s, i % s] - target[i])
     for j in range(k):
         c = active[j]
         status[c] = decided[j]
-        for a in range(d):
-            target[a] = force[j, a] - local[j, a] + arrays.springs[j, 0] * move[j, a]
         for e in range(d):
             force[j, e] = 0.0
-            for a in range(d):
-                force[j, e] += whole.frame[c, a, e] * target[a]
+            for a in range(s):
+                force[j, e] += whole.frame[c, a, e] * (found[j, a] - local[j, a])
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,30 +1,42 @@
 """The correction `direct`: factorise once, and solve the contact as a small dense problem.
 
-With W = A^-1 restricted to the nodes that touch, S = W^-1 is the stiffness they feel with all other nodes in
-equilibrium. The loop and Newton steps on S find the contact forces; one back-substitution spreads them. Nodes
-join the small problem when they touch or would penetrate, and leave it with the contact, so that a step of a
-long run costs what its own contact asks for. The factorisation and the columns of W serve all loads and
-steps.
+Some unknowns are pinned, so that A_g, which is A on the others, has an inverse and a good one:
 
-A body held only by the contact has a singular A. It is then grounded by springs at a few candidates, and the
-springs are taken out of the small problem again, exactly: the result is that of the body without them. So are
-hard candidates in a soft body: what the soft part holds them by would drown the little by which they yield.
+    u = A_g^-1 (b + contact forces) + Phi q,                                                             (1)
+
+Phi (N d, p) being what the body does when a pin is moved by a unit, all else in equilibrium, and q the pins'
+own displacements, which meet no resistance but Phi^T A Phi. A body that nothing holds is pinned at as many unknowns
+as it has rigid modes: Phi are the modes, and their resistance is zero, exactly (the generalised inverse and the
+null space of FETI methods; C. Farhat and F.-X. Roux, Int. J. Numer. Meth. Engng 32 (1991)). So are hard
+parts of a soft body, whose little yielding would drown in what the soft part gives (primal unknowns; C.
+Farhat et al., Int. J. Numer. Meth. Engng 50 (2001)).
+
+With W and G the rows of A_g^-1 and Phi at nodes that may touch, the stiffness that these feel is the leading block S of
+
+    [ W    G            ]-1
+    [ G^T  -Phi^T A Phi ]   .                                                                            (2)
+
+The contact forces are found there; columns of A_g^-1 spread them. Nodes join the small problem when they
+touch or would penetrate, so that a step of a long run costs what its own contact asks for. The factorisation
+and the columns serve all loads and steps.
 """
 
 import numpy as np
 from numba import njit
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg import qr
 from scipy.sparse import bsr_array, csc_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from model.node_loop.blocks import FUSED
 from model.node_loop.contact_sweep import FREE, STICK, place_all_on_surface
 from model.node_loop.node_loop import NodeLoop
+from model.problem.rigid_modes import SEEN, RigidModes, determinate_unknowns, motions_of_each_body, parts
 from model.solvers.convergence_record import Record
 from model.solvers.semismooth_newton import SmallProblem
 
-HARD = 1e4  # times the softest unknown
-IDLE = 25  # cycles without progress that are enough
+HARD = 1e4  # times the softest unknown; it costs as many digits as it has
+IDLE = 8  # cycles without progress that are enough: each is exact but for rounding
+NEAR = 1e-6  # of the largest gap: who is so near to the road once the body has landed may touch
 NOBODY = np.zeros(0, dtype=np.int64)
 MEMORY = 2**27  # bytes that whole columns of A^-1 may take
 
@@ -38,38 +50,88 @@ class Condensation:
         Symmetric, positive definite but for rigid motions.
     loop : NodeLoop
         The loop on the whole problem.
-    grounded : (k,)
-        Numbers of candidates that can hold the body where A alone does not; none where it does. Some
-        hard candidates of a body that is soft elsewhere are added.
+    rigid : RigidModes
+        Of A and the loop's candidates.
 
     Attributes
     ----------
     batches : list of (m,) arrays
-        Candidates whose columns of A^-1 have been computed, in the order in which they came.
+        Candidates whose columns of A_g^-1 have been computed, in the order in which they came.
     """
 
     name = "direct"
 
-    def __init__(self, A: bsr_array, loop: NodeLoop, grounded: np.ndarray):
-        self.loop = loop
+    def __init__(self, A: bsr_array, loop: NodeLoop, rigid: RigidModes):
+        self.loop, self.rigid, self._nothing = loop, rigid, np.zeros(0)
         N, d = loop.shape
         n = loop.nodes.size
-        self.springs = np.zeros((n, 1))
-        matrix = csc_array(A)
-        stiffness = np.einsum("caa->c", loop.block) / d
-        soft = np.min(matrix.diagonal(), where=loop.loaded.ravel(), initial=np.inf)
-        hard = np.flatnonzero(stiffness > HARD * soft)
-        self.grounded = np.union1d(grounded, hard[:: 1 + hard.size // 100]).astype(np.int64)
-        if self.grounded.size:
-            self.springs[self.grounded, 0] = stiffness[self.grounded]
-            springs = np.zeros((N, d))
-            springs[loop.nodes] = self.springs
-            matrix = csc_array(matrix + diags_array(springs.ravel()))
-        self.factor = factorised(matrix)
+        self._pin(A)
+        self._sides = 1 if loop.friction is None else d  # components that a contact force may have
         # whole columns spare a back-substitution a step; large problems keep the rows of the candidates only
         self._whole = 8 * N * d * n * d <= MEMORY
         self._row = loop.nodes if self._whole else np.arange(n)  # of each candidate in the columns, in nodes
+        self.update_normals()
         self.recall([])
+
+    def _pin(self, A: bsr_array) -> None:
+        """Choose the pins, factorise A on the other unknowns, and find what the pins do."""
+        loop, modes = self.loop, self.rigid.modes
+        self.pins = np.concatenate([determinate_unknowns(modes), self._pins_of_hard_parts(A)])
+        self.pins = np.unique(self.pins).astype(np.int64)
+        matrix, p = csc_array(A), self.pins.size
+        self.resistance = np.zeros((p, p))
+        if p == 0:
+            self.factor, self.shapes = factorised(matrix), np.zeros((modes.shape[0], 0))
+            return
+        kept = np.ones(modes.shape[0])
+        kept[self.pins] = 0.0
+        inside = diags_array(kept)
+        self.factor = factorised(
+            csc_array(inside @ matrix @ inside + diags_array(1.0 - kept) * loop.diagonal.max())
+        )
+        if p == modes.shape[1]:
+            self.shapes = modes @ np.linalg.inv(modes[self.pins])
+        else:
+            couplings = matrix[:, self.pins].toarray()
+            self.shapes = -self.factor.solve(kept[:, None] * couplings)
+            self.shapes[self.pins] = np.eye(p)
+            rigid = np.linalg.qr(modes[self.pins])[0]
+            outside = np.eye(p) - rigid @ rigid.T
+            resistance = outside @ (matrix @ self.shapes)[self.pins] @ outside
+            self.resistance = 0.5 * (resistance + resistance.T)
+
+    def _pins_of_hard_parts(self, A: bsr_array) -> np.ndarray:
+        """Unknowns that hold every part of the body that is much harder than the softest, and may touch."""
+        loop = self.loop
+        N, d = loop.shape
+        diagonal = np.einsum("iaa->ia", loop.diagonal)
+        soft = np.min(diagonal, where=loop.loaded, initial=np.inf)
+        hard = np.mean(diagonal, axis=1) > HARD * soft
+        if hard.all() or not hard[loop.nodes].any():
+            return NOBODY
+        part = parts(A, hard)
+        part[~np.isin(part, part[loop.nodes])] = -1
+        motions = motions_of_each_body(self.rigid.coordinates, part)
+        motions[loop.uncoupled.ravel()] = 0.0
+        return determinate_unknowns(motions)
+
+    def update_normals(self) -> None:
+        """Follow the loop's new normals."""
+        loop, self._active = self.loop, NOBODY
+        if self.pins.size == 0:
+            self._seen, self._anchors = np.zeros((0, 0)), NOBODY
+            return
+        sides, nodes = self._sides, self.loop.nodes
+        shapes = self.shapes.reshape(*loop.shape, -1)[nodes]
+        G = np.einsum("cab,cbp->cap", loop.frame[:, :sides], shapes).reshape(nodes.size * sides, -1)
+        # a mode without resistance that no candidate sees has no place in (2), and stays where it is
+        scale = np.abs(G).max() / (np.abs(self.resistance).max() or 1.0)
+        _, sizes, directions = np.linalg.svd(
+            np.linalg.qr(np.concatenate([G, scale * self.resistance]), mode="r")
+        )
+        self._seen = directions[sizes > SEEN * sizes.max()].T
+        order = qr((G @ self._seen).T, mode="r", pivoting=True)[1]
+        self._anchors = np.unique(order[: self._seen.shape[1]] // sides)
 
     def recall(self, batches: list[np.ndarray]) -> None:
         """Forget all columns, and compute those of an earlier run again, to the last bit."""
@@ -82,7 +144,10 @@ class Condensation:
             self._learn(batch)
 
     def back_substitute(self, r: np.ndarray) -> np.ndarray:
-        """Solve (A + springs) x = r for r (N, d)."""
+        """Solve A_g x = r for r (N, d), the pins at rest."""
+        if self.pins.size:
+            r = r.copy()
+            r.reshape(-1)[self.pins] = 0.0
         return self.factor.solve(r.ravel()).reshape(self.loop.shape)
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
@@ -122,36 +187,53 @@ class Condensation:
         """
         loop, contact = self.loop, self.loop.contact
         known = np.zeros(loop.force.shape) if known is None else known
-        free = self.back_substitute(r)
-        gap, after = np.empty(status.size), np.empty(status.size)
         selected = np.zeros(status.size, dtype=np.bool_)
-        selected[self.grounded] = True
+        selected[self._anchors] = True
+        if self.rigid.count and not status.any():
+            self._land(u, r, selected)
+        free = self.back_substitute(r)
+        power = self._seen.T @ (self.shapes.T @ r.ravel()) if self.pins.size else self._nothing
+        gap, after = np.empty(status.size), np.empty(status.size)
         largest, lowest, count = gaps_without(contact, u, free, status, gap, after, selected)
         tiny = 1e-14 * largest
-        solved = count == 0 and self.grounded.size == 0
-        moved: np.ndarray | None = free
+        solved, force, pins = count == 0 and self.pins.size == 0, known[:0], self._nothing
         while not solved or lowest < -tiny:
             if solved:
-                below = np.flatnonzero(after < -tiny)
+                below = np.flatnonzero((after < -tiny) & ~selected)
                 selected[below[np.argsort(after[below])[: max(8, int(selected.sum()))]]] = True
             self._set_up(np.flatnonzero(selected))
-            active = self._active
-            force = self.small.solve(contact, active, u, free, gap, known, status, loop.slip_rate, tolerance)
-            if self._whole:
-                moved = free.copy()
-                spread(self._columns, self._place, force, active, moved.reshape(-1))
-                lowest = gaps_after(gap, contact, moved, active, after)
-            else:
-                moved = None
-                lowest = gaps_with(
-                    gap, contact, free, self._columns, self._row, self._place, force, active, after
+            force, pins = self.small.solve(
+                contact, self._active, u, free, power, gap, after, known, status, loop.slip_rate, tolerance
+            )
+            after[:] = gap
+            if pins.size:
+                pins = self._seen @ pins
+                after += np.einsum(
+                    "ca,ca->c", loop.frame[:, 0], (self.shapes @ pins).reshape(u.shape)[loop.nodes]
                 )
+            lowest = gaps_with(
+                contact, free, self._columns, self._row, self._place, force, self._active, after
+            )
             solved = True
-        if moved is None:
-            r[loop.nodes[active]] += force
-            moved = self.back_substitute(r)
-        u += moved
+        if not force.size:
+            u += free
+        elif self._whole:
+            spread(self._columns, self._place, force, self._active, free.reshape(-1))
+            u += free
+        else:
+            r[loop.nodes[self._active]] += force
+            u += self.back_substitute(r)
+        if pins.size:
+            u += (self.shapes @ pins).reshape(u.shape)
         put_in_order(contact, u, status)
+
+    def _land(self, u: np.ndarray, r: np.ndarray, selected: np.ndarray) -> None:
+        """Move a body that nothing holds to where the load r (N, d) takes it as a rigid body."""
+        loop, rigid, nowhere = self.loop, self.rigid, np.zeros(selected.size)
+        mu = 0.0 if loop.friction is None else loop.friction.coefficient
+        gap = loop.gaps(u, nowhere)
+        u += (rigid.modes @ rigid.landing(r, loop.frame[:, 0], mu, gap)).reshape(u.shape)
+        selected[loop.gaps(u, nowhere) <= NEAR * max(gap.max(), 0.0)] = True
 
     def _set_up(self, active: np.ndarray) -> None:
         """Set up the small problem of the given candidates, unless it is."""
@@ -160,14 +242,18 @@ class Condensation:
         new = active[self._place[active] < 0]
         if new.size:
             self._learn(new)
-        W = compliance(self._columns, self._row, self._place, active, self.loop.frame)
-        factor, trouble = dpotrf(W, lower=1)
-        S = np.linalg.inv(W) if trouble else dpotri(factor, lower=1)[0]
-        self.small = SmallProblem(S, W, self.springs[active], self.loop.friction)
+        loop = self.loop
+        frame = loop.frame[active, : self._sides]
+        W = compliance(self._columns, self._row, self._place, active, frame)
+        shapes = self.shapes.reshape(*loop.shape, -1)[loop.nodes[active]] @ self._seen
+        G = np.einsum("cab,cbp->cap", frame, shapes).reshape(W.shape[0], -1)
+        self.small = SmallProblem(
+            W, G, self._seen.T @ self.resistance @ self._seen, self._sides, loop.friction
+        )
         self._active = active
 
     def _learn(self, new: np.ndarray) -> None:
-        """Compute the columns of A^-1 of more candidates."""
+        """Compute the columns of A_g^-1 of more candidates."""
         loop = self.loop
         N, d = loop.shape
         known = sum(batch.size for batch in self.batches)
@@ -180,6 +266,7 @@ class Condensation:
             units = np.zeros((N * d, chunk.size * d), order="F")
             unknowns = (loop.nodes[chunk, None] * d + np.arange(d)).ravel()
             units[unknowns, np.arange(unknowns.size)] = 1.0
+            units[self.pins] = 0.0
             answers = self.factor.solve(units)
             if not self._whole:
                 answers = answers.reshape(N, d, -1)[loop.nodes].reshape(-1, chunk.size * d)
@@ -187,10 +274,6 @@ class Condensation:
             self._columns[:, at : at + chunk.size * d] = answers
         self._place[new] = known + np.arange(new.size)
         self.batches.append(new)
-
-    def update_normals(self) -> None:
-        """Follow the loop's new normals."""
-        self._active = NOBODY
 
 
 def factorised(A: csc_array) -> SuperLU:
@@ -221,60 +304,46 @@ def gaps_without(contact, u, free, status, gap, after, selected):
 
 
 @njit(cache=True, error_model="numpy")
-def gaps_after(gap, contact, moved, active, after):
-    """Write into `after` the gaps (n,) after a move (N, d), 0 for active candidates; return the lowest."""
-    for c in range(gap.size):
-        after[c] = gap[c]
-        for a in range(moved.shape[1]):
-            after[c] += contact.frame[c, 0, a] * moved[contact.nodes[c], a]
-    lowest = 0.0
-    for j in range(active.size):
-        after[active[j]] = 0.0
-    for c in range(gap.size):
-        lowest = min(lowest, after[c])
-    return lowest
+def gaps_with(contact, free, columns, row, place, force, active, after):
+    """Add to `after` (n,) what the free move (N, d) and forces (k, d) on `active` do to the gaps.
 
-
-@njit(cache=True, error_model="numpy")
-def gaps_with(gap, contact, free, columns, row, place, force, active, after):
-    """Write into `after` the gaps (n,) after the free move (N, d) and that due to forces (k, d) on `active`.
-
-    Those of the active candidates themselves are settled and count as 0. Return the lowest.
+    Return the lowest of the others, or 0: those of the active candidates are settled.
     """
     d = free.shape[1]
-    lowest = 0.0
-    for c in range(gap.size):
-        s = gap[c]
+    for c in range(after.size):
         for a in range(d):
-            move = free[contact.nodes[c], a]
-            for j in range(active.size):
-                for b in range(d):
-                    move += columns[row[c] * d + a, place[active[j]] * d + b] * force[j, b]
-            s += contact.frame[c, 0, a] * move
-        after[c] = s
+            after[c] += contact.frame[c, 0, a] * free[contact.nodes[c], a]
     for j in range(active.size):
-        after[active[j]] = 0.0
-    for c in range(gap.size):
-        lowest = min(lowest, after[c])
+        for b in range(d):
+            column, size = columns[:, place[active[j]] * d + b], force[j, b]
+            for c in range(after.size):
+                for a in range(d):
+                    after[c] += contact.frame[c, 0, a] * column[row[c] * d + a] * size
+    lowest, j = 0.0, 0
+    for c in range(after.size):
+        if j < active.size and active[j] == c:
+            j += 1
+        else:
+            lowest = min(lowest, after[c])
     return lowest
 
 
 @njit(cache=True, error_model="numpy")
 def compliance(columns, row, place, active, frame):
-    """Displacements of the active candidates under unit forces on each other, in their frames, (k d, k d)."""
-    k, d = active.size, frame.shape[1]
-    W = np.zeros((k * d, k * d))
+    """Displacements of the active candidates under unit forces on each other, along their frames (k, s, d)."""
+    k, sides, d = frame.shape
+    W = np.zeros((k * sides, k * sides))
     for i in range(k):
         for j in range(k):
-            for a in range(d):
-                for b in range(d):
+            for a in range(sides):
+                for b in range(sides):
                     s = 0.0
                     for e in range(d):
                         for f in range(d):
                             value = columns[row[active[i]] * d + e, place[active[j]] * d + f]
-                            s += frame[active[i], a, e] * value * frame[active[j], b, f]
-                    W[i * d + a, j * d + b] += 0.5 * s
-                    W[j * d + b, i * d + a] += 0.5 * s
+                            s += frame[i, a, e] * value * frame[j, b, f]
+                    W[i * sides + a, j * sides + b] += 0.5 * s
+                    W[j * sides + b, i * sides + a] += 0.5 * s
     return W
 
 

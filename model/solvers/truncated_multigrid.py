@@ -34,7 +34,7 @@ from model.node_loop.blocks import (
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
-from model.problem.rigid_modes import nodes_that_hold, spread_candidates
+from model.problem.rigid_modes import RigidModes
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, nodal_prolongation, recompute
 from model.solvers.static_condensation import Condensation
@@ -458,12 +458,7 @@ class CoarserMesh:
         A = bsr_array((loop.A.data, loop.A.indices.astype(np.int32), loop.A.indptr.astype(np.int32)))
         empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
         A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
-        mu = 0.0 if loop.friction is None else loop.friction.coefficient
-        try:
-            holding = nodes_that_hold(A, loop.b, self.coordinates, loop.nodes, loop.frame[:, 0], mu)
-        except ValueError:  # the finest mesh has passed this test; a coarse one may see too few candidates
-            holding = spread_candidates(self.coordinates[loop.nodes], loop.shape[1])
-        return Condensation(A, loop, holding)
+        return Condensation(A, loop, RigidModes(A, self.coordinates, loop.nodes))
 
     def first_guess(self, fine: NodeLoop, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Correct u (N, d) and status (n,) of the fine mesh by the coarser solution."""
