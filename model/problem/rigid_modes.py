@@ -9,9 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from model.node_loop.contact_sweep import frames
 
 BALANCE = 1e-9  # of the load: what NNLS leaves of a load that is balanced is below it by a factor of ten
-LANDINGS = (
-    100  # nodes that may arrive one after the other; a few are enough, and the solver goes on from anywhere
-)
+LANDINGS = 100  # nodes that may arrive one after the other; the solver goes on from anywhere
 SEEN = 1e-10  # of the largest work on any mode: a mode on which unit forces do less is not resisted
 
 
@@ -150,8 +148,8 @@ class RigidModes:
                 motion = self.modes @ left
                 force = motion @ b.ravel() / np.linalg.norm(motion.reshape(b.shape), axis=1).max()
                 raise ValueError(
-                    f"The load drives the body into {self._in_words(left)} that neither supports nor the road "
-                    f"can stop, with a force of {force:.3g}; load it towards the road or fix it."
+                    f"The load drives the body into {self._in_words(left)} that neither supports nor the "
+                    f"road can stop, with a force of {force:.3g}; load it towards the road or fix it."
                 )
 
     def landing(self, b: np.ndarray, normal: np.ndarray, mu: float, gap: np.ndarray) -> np.ndarray:
@@ -177,10 +175,10 @@ class RigidModes:
         return amplitudes
 
     def _unbalanced(self, b: np.ndarray, work: np.ndarray, tolerance: float) -> np.ndarray:
-        """What forces that do such work (k, m) on the modes leave of a load (N, d) at best, (m,), per its size.
+        """What forces that do such work (k, m) on the modes leave of a load (N, d) at best, (m,).
 
         It is the motion that leads nowhere into the road into which the load drives the body with the
-        greatest force; zero where it is below `tolerance`.
+        greatest force, for a load of size 1; zero where it is below `tolerance`.
         """
         load, size = self.modes.T @ b.ravel(), np.linalg.norm(b)
         if not np.linalg.norm(load) > tolerance * size:

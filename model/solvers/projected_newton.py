@@ -7,7 +7,7 @@ Only the normal displacements v (k,) of the candidates are left:
 S being the stiffness that they feel with all else in equilibrium. Each step releases the nodes that the road
 would have to pull, takes the direction that solves for the nodes off the road, and searches J along the
 projected path: projected Newton, Bertsekas, SIAM J. Control Optim. 20 (1982). J falls in every step; a step
-that goes all the way, to where no node wants release, is the solution, and there are finitely many sets of nodes.
+that goes all the way, to where no node wants release, is the solution, and nodes have finitely many sets.
 
 A rigid mode that the contact leaves free has no stiffness. Where the load drives it, the body follows it
 until the next node comes to the road; where it does not, it stays where it is.
@@ -38,7 +38,7 @@ def null_space(G, largest):
 
 @njit(cache=True, error_model="numpy")
 def free_modes(G, held):
-    """Orthonormal columns of modes G (l, m) on the components that are not `held` (l,), where those hold none."""
+    """Orthonormal columns of what modes G (l, m) do where they are not `held` (l,), those at rest."""
     nothing = np.zeros((np.count_nonzero(~held), 0))
     if G.shape[1] == 0:
         return nothing
@@ -65,11 +65,6 @@ def project_newton(arrays, contact, c, u, status, force, tolerance):
         First guess: v counts where it is admissible, nodes in contact are placed on the road.
     tolerance : float
         Part of the load that is taken for rounding where it drives a mode.
-
-    Returns
-    -------
-    steps : int
-    found : bool
     """
     S, G, v, k = arrays.S, arrays.G, u[:, 0], u.shape[0]
     for j in range(k):
@@ -77,7 +72,7 @@ def project_newton(arrays, contact, c, u, status, force, tolerance):
             status[j], v[j] = SLIP, -contact.gap[j]
     r, whole = np.empty((k, 1)), False
     direction, product = np.empty((k, 1)), np.empty((k, 1))
-    for step in range(STEPS):
+    for _ in range(STEPS):
         released, size = 0, 0.0
         for j in range(k):
             s, rounding = c[j], abs(c[j])
@@ -89,12 +84,9 @@ def project_newton(arrays, contact, c, u, status, force, tolerance):
             if status[j] != FREE and s > 4 * ROUNDING * rounding:
                 status[j] = FREE
                 released += 1
-        if whole and released == 0:
-            break
         free = status == FREE
         numbers = np.flatnonzero(free)
-        if numbers.size == 0:
-            whole = True
+        if numbers.size == 0 or (whole and released == 0):
             break
         N = free_modes(G, ~free)
         drive = N.T @ r[numbers, 0]
@@ -121,4 +113,3 @@ def project_newton(arrays, contact, c, u, status, force, tolerance):
         whole = not driven and np.count_nonzero(status == FREE) == before
     for j in range(k):
         force[j, 0] = 0.0 if status[j] == FREE else max(-r[j, 0], 0.0)
-    return step, whole

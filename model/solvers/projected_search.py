@@ -3,7 +3,7 @@
 Without friction, or with the friction forces held, a contact problem is a convex quadratic programme: J(u) =
 1/2 u.A u - b.u is least over g0 + n.u >= 0. From an admissible u the path
 
-    u(t) = P(u + t x),    P the projection onto the admissible set, node by node along its normal,          (1)
+    u(t) = P(u + t x),    P the projection onto the admissible set, node by node along its normal,      (1)
 
 leads straight on until a node comes to the road, which from there on moves along the surface alone. J on it
 is continuous and piecewise quadratic, with a kink where a node arrives. The kinks are passed in order, up to
@@ -29,8 +29,8 @@ def projected_search(A, r, direction, product, contact, u, status):
     r : (N, d)
         What u misses of equilibrium, load - A u + friction forces that are held; updated.
     direction : (N, d)
-        x of (1), a direction of descent; zero in the components that are held: those of sticking and prescribed
-        nodes, and along the normals of slipping ones. Overwritten.
+        x of (1), a direction of descent; zero in the components that are held: those of sticking and
+        prescribed nodes, and along the normals of slipping ones. Overwritten.
     product : (N, d)
         A x; overwritten.
     contact : Candidates

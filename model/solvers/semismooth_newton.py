@@ -142,7 +142,7 @@ class SmallProblem:
 def bordered_inverse(
     W: np.ndarray, G: np.ndarray, resistance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Blocks S (k, k), Y (k, p), Z (p, p) of the inverse of [[W, G], [G^T, -resistance]], scaled on the way."""
+    """Blocks S (k, k), Y (k, p), Z (p, p) of the inverse of [[W, G], [G^T, -resistance]]."""
     k, p = G.shape
     if p == 0:
         factor, trouble = dpotrf(W, lower=1)
@@ -210,7 +210,7 @@ def prepare(arrays):
 def solve_active(
     arrays, whole, active, u, free, power, gap, after, known, status, force, pins, bound, slip_rate, tolerance
 ):
-    """Fill `force` (k, d), `pins` and the status (n,) of the active candidates, from global components and back."""
+    """Fill `force` (k, d), `pins` and the status (n,) of the active candidates, in global components."""
     k, s = arrays.block.shape[:2]
     d = force.shape[1]
     target, b, move, local = np.empty(k * s), np.zeros((k, s)), np.zeros((k, s)), np.zeros((k, s))

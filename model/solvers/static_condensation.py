@@ -5,13 +5,13 @@ Some unknowns are pinned, so that A_g, which is A on the others, has an inverse 
     u = A_g^-1 (b + contact forces) + Phi q,                                                             (1)
 
 Phi (N d, p) being what the body does when a pin is moved by a unit, all else in equilibrium, and q the pins'
-own displacements, which meet no resistance but Phi^T A Phi. A body that nothing holds is pinned at as many unknowns
-as it has rigid modes: Phi are the modes, and their resistance is zero, exactly (the generalised inverse and the
-null space of FETI methods; C. Farhat and F.-X. Roux, Int. J. Numer. Meth. Engng 32 (1991)). So are hard
-parts of a soft body, whose little yielding would drown in what the soft part gives (primal unknowns; C.
-Farhat et al., Int. J. Numer. Meth. Engng 50 (2001)).
+own displacements, which meet no resistance but Phi^T A Phi. A body that nothing holds is pinned at as many
+unknowns as it has rigid modes: Phi are the modes, and their resistance is zero, exactly (the generalised
+inverse and the null space of FETI methods; C. Farhat and F.-X. Roux, Int. J. Numer. Meth. Engng 32 (1991)).
+So are hard parts of a soft body, whose little yielding would drown in what the soft part gives (primal
+unknowns; C. Farhat et al., Int. J. Numer. Meth. Engng 50 (2001)).
 
-With W and G the rows of A_g^-1 and Phi at nodes that may touch, the stiffness that these feel is the leading block S of
+With W and G the rows of A_g^-1 and Phi at nodes that may touch, these feel the stiffness S, leading block of
 
     [ W    G            ]-1
     [ G^T  -Phi^T A Phi ]   .                                                                            (2)
@@ -201,9 +201,9 @@ class Condensation:
             if solved:
                 below = np.flatnonzero((after < -tiny) & ~selected)
                 selected[below[np.argsort(after[below])[: max(8, int(selected.sum()))]]] = True
-            self._set_up(np.flatnonzero(selected))
+            active = self._set_up(np.flatnonzero(selected))
             force, pins = self.small.solve(
-                contact, self._active, u, free, power, gap, after, known, status, loop.slip_rate, tolerance
+                contact, active, u, free, power, gap, after, known, status, loop.slip_rate, tolerance
             )
             after[:] = gap
             if pins.size:
@@ -218,10 +218,10 @@ class Condensation:
         if not force.size:
             u += free
         elif self._whole:
-            spread(self._columns, self._place, force, self._active, free.reshape(-1))
+            spread(self._columns, self._place, force, active, free.reshape(-1))
             u += free
         else:
-            r[loop.nodes[self._active]] += force
+            r[loop.nodes[active]] += force
             u += self.back_substitute(r)
         if pins.size:
             u += (self.shapes @ pins).reshape(u.shape)
@@ -235,10 +235,10 @@ class Condensation:
         u += (rigid.modes @ rigid.landing(r, loop.frame[:, 0], mu, gap)).reshape(u.shape)
         selected[loop.gaps(u, nowhere) <= NEAR * max(gap.max(), 0.0)] = True
 
-    def _set_up(self, active: np.ndarray) -> None:
-        """Set up the small problem of the given candidates, unless it is."""
+    def _set_up(self, active: np.ndarray) -> np.ndarray:
+        """Set up the small problem of the given candidates, unless it is; return them."""
         if np.array_equal(active, self._active):
-            return
+            return active
         new = active[self._place[active] < 0]
         if new.size:
             self._learn(new)
@@ -330,7 +330,7 @@ def gaps_with(contact, free, columns, row, place, force, active, after):
 
 @njit(cache=True, error_model="numpy")
 def compliance(columns, row, place, active, frame):
-    """Displacements of the active candidates under unit forces on each other, along their frames (k, s, d)."""
+    """Displacements of active candidates under unit forces on each other, along frames (k, s, d)."""
     k, sides, d = frame.shape
     W = np.zeros((k * sides, k * sides))
     for i in range(k):
