@@ -143,8 +143,8 @@ class RigidModes:
             Naming the motion, and the force, if more than `tolerance` of the load is missing.
         """
         if self.count:
-            left = self._unbalanced(b, self._work(normal, mu), tolerance)
-            if left.any():
+            if self._unbalanced(b, self._work(normal, mu), tolerance).any():
+                left = self._unbalanced(b, self._work(normal, 0.0), tolerance)  # friction turns no motion
                 motion = self.modes @ left
                 force = motion @ b.ravel() / np.linalg.norm(motion.reshape(b.shape), axis=1).max()
                 raise ValueError(

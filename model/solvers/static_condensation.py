@@ -251,6 +251,7 @@ class Condensation:
             W, G, self._seen.T @ self.resistance @ self._seen, self._sides, loop.friction
         )
         self._active = active
+        return active
 
     def _learn(self, new: np.ndarray) -> None:
         """Compute the columns of A_g^-1 of more candidates."""
