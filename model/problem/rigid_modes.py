@@ -142,15 +142,14 @@ class RigidModes:
         ValueError
             Naming the motion, and the force, if more than `tolerance` of the load is missing.
         """
-        if self.count:
-            if self._unbalanced(b, self._work(normal, mu), tolerance).any():
-                left = self._unbalanced(b, self._work(normal, 0.0), tolerance)  # friction turns no motion
-                motion = self.modes @ left
-                force = motion @ b.ravel() / np.linalg.norm(motion.reshape(b.shape), axis=1).max()
-                raise ValueError(
-                    f"The load drives the body into {self._in_words(left)} that neither supports nor the "
-                    f"road can stop, with a force of {force:.3g}; load it towards the road or fix it."
-                )
+        if self.count and self._unbalanced(b, self._work(normal, mu), tolerance).any():
+            left = self._unbalanced(b, self._work(normal, 0.0), tolerance)  # friction turns no motion
+            motion = self.modes @ left
+            force = motion @ b.ravel() / np.linalg.norm(motion.reshape(b.shape), axis=1).max()
+            raise ValueError(
+                f"The load drives the body into {self._in_words(left)} that neither supports nor the "
+                f"road can stop, with a force of {force:.3g}; load it towards the road or fix it."
+            )
 
     def landing(self, b: np.ndarray, normal: np.ndarray, mu: float, gap: np.ndarray) -> np.ndarray:
         """Amplitudes (m,) of the modes by which the load (N, d) moves the body, were it rigid, to rest.
