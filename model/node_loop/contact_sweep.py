@@ -107,15 +107,23 @@ def place_on_surface(contact, c, u):
 
 @njit(cache=True, error_model="numpy")
 def place_all_on_surface(contact, u, status):
-    """Put every candidate below the road, or held by `status` (n,), on the surface; update `status`."""
+    """Put every candidate below the road, or held by `status` (n,), on the surface; update `status`.
+
+    Sticking ones are placed exactly where they stick: rounding must not look like slip.
+    """
+    d = u.shape[1]
     for c in range(status.size):
-        gap = contact.gap[c]
-        for a in range(u.shape[1]):
-            gap += contact.frame[c, 0, a] * u[contact.nodes[c], a]
-        if gap < 0.0 or status[c] != Status.FREE:
+        i, gap = contact.nodes[c], contact.gap[c]
+        for a in range(d):
+            gap += contact.frame[c, 0, a] * u[i, a]
+        if status[c] == STICK:
+            for a in range(d):
+                u[i, a] = -contact.gap[c] * contact.frame[c, 0, a]
+                for b in range(1, d):
+                    u[i, a] += contact.reference[c, b - 1] * contact.frame[c, b, a]
+        elif gap < 0.0 or status[c] != FREE:
             place_on_surface(contact, c, u)
-            if status[c] == Status.FREE:
-                status[c] = Status.SLIP
+            status[c] = SLIP
 
 
 @njit(cache=True, error_model="numpy")

@@ -110,7 +110,6 @@ class NodeLoop:
             u[self.uncoupled] = self.b[self.uncoupled] / diagonal[self.uncoupled]
         status = np.zeros(self.nodes.size, dtype=np.int8) if status is None else status.astype(np.int8)
         place_all_on_surface(self.contact, u, status)
-        self.hold_sticking(u, status)
         return status
 
     def sweep(self, u: np.ndarray, status: np.ndarray, count: int = 1) -> None:
@@ -151,11 +150,6 @@ class NodeLoop:
         tangential = np.einsum("cab,ca->cb", contact.frame[numbers, 1:], contact.reference[numbers])
         return tangential - contact.gap[numbers, None] * contact.frame[numbers, 0]
 
-    def hold_sticking(self, u: np.ndarray, status: np.ndarray) -> None:
-        """Place sticking nodes exactly where they stick: rounding must not look like slip."""
-        held = np.flatnonzero(status == Status.STICK)
-        u[self.nodes[held]] = self.sticking_place(held)
-
     def gaps(self, u: np.ndarray, status: np.ndarray) -> np.ndarray:
         """Gaps (n,) at displacement u: exactly zero at nodes in contact."""
         gap = self.contact.gap + np.einsum("ca,ca->c", self.frame[:, 0], u[self.nodes])
@@ -190,7 +184,7 @@ def place_on_road(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
         force = np.einsum("cab,cbe,ce->ca", loop.block[back], loop.frame[back], way)
         bound = loop.friction.coefficient * force[:, 0]
         status[back[np.linalg.norm(force[:, 1:], axis=1) <= bound]] = Status.STICK
-    loop.hold_sticking(u, status)
+    place_all_on_surface(loop.contact, u, status)
 
 
 def stop_slip_that_turned(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> bool:

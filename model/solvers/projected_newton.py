@@ -84,7 +84,7 @@ def project_newton(arrays, contact, c, u, status, force, tolerance):
             if status[j] != FREE and s > 4 * ROUNDING * rounding:
                 status[j] = FREE
                 released += 1
-        free = status == FREE
+        free = status == np.int8(0)  # FREE
         numbers = np.flatnonzero(free)
         if numbers.size == 0 or (whole and released == 0):
             break
@@ -106,10 +106,9 @@ def project_newton(arrays, contact, c, u, status, force, tolerance):
             for j in range(k):
                 for i in numbers:
                     product[j, 0] += S[j, i] * direction[i, 0]
-        before = np.count_nonzero(free)
         t = projected_search(arrays.blocks, r, direction, product, contact, u, status)
         if t == np.inf:
             break
-        whole = not driven and np.count_nonzero(status == FREE) == before
+        whole = not driven and np.count_nonzero(status) == k - numbers.size
     for j in range(k):
         force[j, 0] = 0.0 if status[j] == FREE else max(-r[j, 0], 0.0)

@@ -1,17 +1,23 @@
-"""A small dense contact problem in which every node is a candidate: the node loop, helped by Newton steps.
+"""The small dense contact problem with friction: semismooth Newton, and convex problems where it fails.
 
-The loop alone would solve it; Newton steps on what the loop has decided (free, slip, stick) make it quick. A
-chain of steps that does not lower the natural residual is dropped, and the loop goes on alone for longer:
-contact sets that flip for ever are left to it. All of it is compiled, for it runs once or more a time step.
+A Newton step solves for what the loop has decided (free, slip, stick), the friction force of slipping nodes
+following their pressure and slip; the loop then decides again. A chain of steps counts if the natural
+residual falls (a watchdog, Chamberlain et al., Math. Program. Study 16 (1982)). Otherwise the friction bounds
+are held at what they are. That leaves a convex problem,
 
-Everything here is in the frames of the nodes: component 0 along the normal, the others along the tangents.
-`bound` is the address of the friction law, None without friction.
+    J(u) = 1/2 u.S u - b.u + sum bound |slip|  is least over  gap + n.u >= 0,                           (1)
+
+which sweeps and damped Newton steps solve from anywhere, J falling (Graeser and Sander, IMA J. Numer. Anal.
+39 (2019)); Coulomb's law is the fixed point bound = mu p. In the plane pivoting decides what is left.
+
+Everything here is in the frames of the nodes: component 0 along the normal, the others along the tangents. The
+sweep and the residual are those of the whole problem. `bound` is the address of the friction law.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import cfunc, njit
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from model.node_loop.blocks import BlockMatrix, generalised_inverses
@@ -20,17 +26,27 @@ from model.node_loop.contact_sweep import (
     SLIP,
     STICK,
     Candidates,
-    close_gap,
+    contact_sweeps,
     place_all_on_surface,
-    stick_or_slip,
 )
-from model.node_loop.friction_laws import FrictionLaw, allowed
-from model.node_loop.natural_residual import admissible_traction
+from model.node_loop.friction_laws import SIGNATURE, FrictionLaw, allowed
+from model.node_loop.natural_residual import natural_residual
 from model.solvers.pivoting import contact_by_pivoting
-from model.solvers.projected_newton import project_newton
+from model.solvers.projected_newton import ROUNDING, free_modes, project_newton
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
-PATIENCE = 20  # chains that may fail
+PATIENCE = 20  # chains and convex problems without half the residual
+STEPS = 30  # of a convex problem
+HALVINGS = 10  # of a Newton step whose energy does not fall
+
+residual_2d, residual_3d = natural_residual(2, True), natural_residual(3, True)
+sweeps_2d, sweeps_3d = contact_sweeps(2, True), contact_sweeps(3, True)
+
+
+@cfunc(SIGNATURE, cache=True)
+def held_bound(pressure, slip, state):
+    """The bound that is held, as a friction law."""
+    return state
 
 
 class SmallProblem:
@@ -58,7 +74,6 @@ class SmallProblem:
         free = G[:, np.abs(resistance).sum(axis=0) == 0.0]
         self.arrays = Condensed(
             S,
-            W if G.shape[1] == 0 else np.empty((0, 0)),
             Y,
             Z,
             free,
@@ -68,7 +83,9 @@ class SmallProblem:
                 np.empty((k * k, sides, sides)),
             ),
             np.arange(k),
-            *(np.empty((k, sides, sides)) for _ in range(5)),
+            np.arange(k, dtype=np.int32),
+            np.arange(k, dtype=np.uint32),
+            *(np.empty((k, sides, sides)) for _ in range(3)),
         )
         prepare(self.arrays)
         self._bound = None if friction is None else friction.address
@@ -133,6 +150,7 @@ class SmallProblem:
             force,
             pins,
             self._bound,
+            held_bound.address,
             slip_rate,
             tolerance,
         )
@@ -159,28 +177,25 @@ class Condensed(NamedTuple):
     Attributes
     ----------
     S : (k s, k s) stiffness
-    W : (k s, k s) its inverse; empty where there are pins
     Y, Z : (k s, p), (p, p) what moves the pins
     G : (k s, m) rigid modes, S G = 0
     blocks : BlockMatrix, S once more
-    nodes : (k,) 0, 1, 2, ...
+    nodes, number, order : (k,) 0, 1, 2, ...
     frame : (k, s, s) unit matrices: the problem is in the nodes' frames already
     block, inverse : (k, s, s) diagonal blocks of S, and their inverses
-    alone, yielding : (k, s, s) inverses of the diagonal blocks of W, and these
     """
 
     S: np.ndarray
-    W: np.ndarray
     Y: np.ndarray
     Z: np.ndarray
     G: np.ndarray
     blocks: BlockMatrix
     nodes: np.ndarray
+    number: np.ndarray
+    order: np.ndarray
     frame: np.ndarray
     block: np.ndarray
     inverse: np.ndarray
-    alone: np.ndarray
-    yielding: np.ndarray
 
 
 @njit(cache=True, error_model="numpy")
@@ -200,15 +215,27 @@ def prepare(arrays):
             for b in range(s):
                 arrays.frame[c, a, b] = 1.0 if a == b else 0.0
                 arrays.block[c, a, b] = S[c * s + a, c * s + b]
-                arrays.yielding[c, a, b] = 0.0 if arrays.W.size == 0 else arrays.W[c * s + a, c * s + b]
     generalised_inverses(arrays.block, arrays.nodes, arrays.inverse)
-    if arrays.W.size:
-        generalised_inverses(arrays.yielding, arrays.nodes, arrays.alone)
 
 
 @njit(cache=True, error_model="numpy")
 def solve_active(
-    arrays, whole, active, u, free, power, gap, after, known, status, force, pins, bound, slip_rate, tolerance
+    arrays,
+    whole,
+    active,
+    u,
+    free,
+    power,
+    gap,
+    after,
+    known,
+    status,
+    force,
+    pins,
+    bound,
+    held,
+    slip_rate,
+    tolerance,
 ):
     """Fill `force` (k, d), `pins` and the status (n,) of the active candidates, in global components."""
     k, s = arrays.block.shape[:2]
@@ -235,12 +262,12 @@ def solve_active(
             b[i // s, i % s] += arrays.S[i, j] * target[j]
         for q in range(power.size):
             b[i // s, i % s] += arrays.Y[i, q] * power[q]
-    contact = Candidates(arrays.nodes, arrays.nodes, arrays.frame, arrays.block, gaps, reference, state)
+    contact = Candidates(arrays.nodes, arrays.number, arrays.frame, arrays.block, gaps, reference, state)
     if bound is None:
         move[:, 0] = after[active] - gaps
         project_newton(arrays, contact, b[:, 0], move, decided, found, tolerance)
     else:
-        solve_small(arrays, contact, b, move, decided, found, bound, slip_rate, tolerance)
+        solve_small(arrays, contact, b, move, decided, found, bound, held, slip_rate, tolerance)
     for q in range(power.size):
         pins[q] = 0.0
         for e in range(power.size):
@@ -254,16 +281,6 @@ def solve_active(
             force[j, e] = 0.0
             for a in range(s):
                 force[j, e] += whole.frame[c, a, e] * (found[j, a] - local[j, a])
-
-
-@njit(cache=True, error_model="numpy")
-def hold_sticking(contact, u, status):
-    """Place sticking nodes exactly where they stick: rounding must not look like slip."""
-    for c in range(status.size):
-        if status[c] == STICK:
-            u[c, 0] = -contact.gap[c]
-            for a in range(1, u.shape[1]):
-                u[c, a] = contact.reference[c, a - 1]
 
 
 @njit(cache=True, error_model="numpy")
@@ -309,98 +326,45 @@ def follow_friction(J, S, contact, u, force, status, bound, slip_rate, numbers):
 
 
 @njit(cache=True, error_model="numpy")
-def judge(S, contact, b, u, status, R, force, bound, slip_rate):
-    """Fill R and the admissible forces; return the natural residual and what rounding makes of it."""
-    k, d = u.shape
-    load, reaction, missing, rounding = 0.0, 0.0, 0.0, 0.0
-    for c in range(k):
-        for a in range(d):
-            s, size = b[c, a], 0.0
-            for j in range(k):
-                for e in range(d):
-                    product = S[c * d + a, j * d + e] * u[j, e]
-                    s -= product
-                    size += abs(product)
-            R[c, a] = s
-            force[c, a] = -s
-            load += b[c, a] ** 2
-            rounding += size**2
-        gap = 0.0 if status[c] != FREE else contact.gap[c] + u[c, 0]
-        p = max(force[c, 0] - contact.block[c, 0, 0] * gap, 0.0)
-        force[c, 0] = p
-        if bound is not None:
-            admissible_traction(contact, c, u, p, status[c] == STICK, bound, slip_rate, force[c])
-        for a in range(d):
-            if bound is None and a > 0:
-                force[c, a] = 0.0
-            R[c, a] += force[c, a]
-            missing += R[c, a] ** 2
-            reaction += force[c, a] ** 2
-    scale = np.sqrt(load) + np.sqrt(reaction)
-    if scale == 0.0:
-        return (0.0 if missing == 0.0 else 1.0), 0.0
-    return np.sqrt(missing) / scale, 4e-16 * np.sqrt(rounding) / scale
+def judge(arrays, contact, b, u, status, R, force, bound, slip_rate):
+    """Fill R and the admissible forces; return the natural residual."""
+    if u.shape[1] == 2:
+        residual_2d(arrays.blocks, b, u, contact, status, bound, slip_rate, R, force)
+    else:
+        residual_3d(arrays.blocks, b, u, contact, status, bound, slip_rate, R, force)
+    missing = np.sqrt(np.sum(R**2))
+    scale = np.sqrt(np.sum(b**2)) + np.sqrt(np.sum(force**2))
+    return missing / scale if scale > 0.0 else 0.0  # nothing pushes, nothing is missing
 
 
 @njit(cache=True, error_model="numpy")
-def sweep(count, S, contact, inverse, b, u, status, bound, slip_rate):
-    """Visit every node `count` times."""
-    k, d = u.shape
-    r = np.empty(d)
-    for _ in range(count):
-        for c in range(k):
-            for a in range(d):
-                s = b[c, a]
-                for j in range(k):
-                    for e in range(d):
-                        s -= S[c * d + a, j * d + e] * u[j, e]
-                r[a] = s
-            if bound is not None:
-                status[c] = stick_or_slip(contact, c, inverse, r, u, bound, slip_rate)
-            else:
-                status[c] = close_gap(contact, c, inverse, r, u)
+def sweep(arrays, contact, b, u, status, bound, slip_rate):
+    """Visit every node once."""
+    loop = (1, arrays.blocks, arrays.inverse, b, u, arrays.order, contact, status, bound, slip_rate)
+    if u.shape[1] == 2:
+        sweeps_2d(*loop)
+    else:
+        sweeps_3d(*loop)
 
 
 @njit(cache=True, error_model="numpy")
-def sweep_forces(count, arrays, contact, b, u, status, bound, slip_rate):
-    """Visit every node `count` times: find its force, the others' given, and let all nodes move with it."""
-    k, d = u.shape
-    force, own, nothing = np.empty((k, d)), np.empty(d), np.zeros(d)
-    lone = Candidates(
-        contact.nodes,
-        contact.number,
-        contact.frame,
-        arrays.alone,
-        contact.gap,
-        contact.reference,
-        contact.state,
-    )
-    for i in range(k * d):
-        s = -b[i // d, i % d]
-        for j in range(k * d):
-            s += arrays.S[i, j] * u[j // d, j % d]
-        force[i // d, i % d] = s
-    for _ in range(count):
-        for c in range(k):
-            for a in range(d):
-                own[a] = u[c, a]
+def energy(arrays, contact, b, u):
+    """J with held friction bounds, 1/2 u.S u - b.u + sum bound |slip|, and the rounding of its sums."""
+    d = u.shape[1]
+    total, size = 0.0, 0.0
+    for c in range(u.shape[0]):
+        slip = 0.0
+        for a in range(d):
+            s = -2.0 * b[c, a]
+            for j in range(u.shape[0]):
                 for e in range(d):
-                    own[a] -= arrays.yielding[c, a, e] * force[c, e]
-            last, here = force[c].copy(), u[c].copy()
-            u[c], nothing[:] = own, 0.0
-            if bound is not None:
-                status[c] = stick_or_slip(lone, c, arrays.yielding, nothing, u, bound, slip_rate)
-            else:
-                status[c] = close_gap(lone, c, arrays.yielding, nothing, u)
-            for a in range(d):
-                force[c, a] = 0.0
-                for e in range(d):
-                    force[c, a] += arrays.alone[c, a, e] * (u[c, e] - own[e])
-            u[c] = here
-            for a in range(d):
-                change = force[c, a] - last[a]
-                for j in range(k * d):
-                    u[j // d, j % d] += arrays.W[j, c * d + a] * change
+                    s += arrays.S[c * d + a, j * d + e] * u[j, e]
+            total += 0.5 * s * u[c, a]
+            size += abs(s * u[c, a]) + abs(b[c, a] * u[c, a])
+            if a > 0:
+                slip += (u[c, a] - contact.reference[c, a - 1]) ** 2
+        total += contact.state[c] * np.sqrt(slip)
+    return total, 4 * ROUNDING * size
 
 
 @njit(cache=True, error_model="numpy")
@@ -444,102 +408,163 @@ def part_until_rest(S, contact, u, R, force, status, numbers, step):
 
 
 @njit(cache=True, error_model="numpy")
-def newton_step(S, contact, u, status, R, force, bound, slip_rate):
-    """Solve for the unknowns that are linear at present, the friction force of slipping nodes following."""
-    d = u.shape[1]
-    numbers = linear_unknowns(status, d)
+def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, tolerance):
+    """Step (k d,) for the unknowns that are linear at present, friction following the pressure and slip."""
+    S, d = arrays.S, u.shape[1]
+    numbers, whole = linear_unknowns(status, d), np.zeros(u.size)
     if numbers.size == 0:
-        return
+        return whole
     J = np.empty((numbers.size, numbers.size))
     missing = np.empty(numbers.size)
-    largest = 0.0
+    largest, fixed = 0.0, np.ones(u.size, dtype=np.bool_)
     for row in range(numbers.size):
-        missing[row] = R[numbers[row] // d, numbers[row] % d]
+        missing[row], fixed[numbers[row]] = R[numbers[row] // d, numbers[row] % d], False
         for column in range(numbers.size):
             J[row, column] = S[numbers[row], numbers[column]]
         largest = max(largest, abs(J[row, row]))
-    if bound is not None:
+    N = free_modes(arrays.G, fixed)
+    drive = N.T @ missing
+    if np.sum(drive**2) > (tolerance * np.sum(force**2) ** 0.5) ** 2 + (1e-3 * np.sum(missing**2)):
+        step = N @ drive
+        part = part_until_next(contact, u, status, numbers, step)
+    else:
         follow_friction(J, S, contact, u, force, status, bound, slip_rate, numbers)
-    touching = np.count_nonzero(status)
-    for row in range(numbers.size):  # what too few nodes hold falls as loaded, not as rounding has it
-        J[row, row] += (1e-10 if touching < u.shape[1] else 1e-13) * largest
-    try:
-        step = np.linalg.solve(J, missing)
-        if np.sum((1e-13 * largest * step) ** 2) > 0.01 * np.sum(missing**2):
-            # the body slides or falls: not so far that rounding rules
-            slides = touching == status.size or (touching > 1 and not np.any(status == STICK))
-            for row in range(numbers.size):
-                J[row, row] += (1e-5 if slides else 1e-9) * largest
-            step = np.linalg.solve(J, missing)
-    except Exception:  # no unique slip: leave it to the loop
-        return
-    part = 1.0 if bound is None else part_until_rest(S, contact, u, R, force, status, numbers, step)
+        try:
+            step = np.linalg.solve(J + largest * (N @ N.T), missing - N @ drive)
+        except Exception:  # exactly singular: these slips have no unique answer
+            return whole
+        part = part_until_rest(S, contact, u, R, force, status, numbers, step)
     for row in range(numbers.size):
-        u[numbers[row] // d, numbers[row] % d] += part * step[row]
+        whole[numbers[row]] = part * step[row]
+    return whole
 
 
 @njit(cache=True, error_model="numpy")
-def solve_small(arrays, contact, b, u, status, force, bound, slip_rate, tolerance):
+def part_until_next(contact, u, status, numbers, step):
+    """Part of a rigid motion until the next node comes to the road, or slips no further; 0 if none does."""
+    d, part, row = u.shape[1], np.inf, 0
+    while row < numbers.size:
+        c, components = numbers[row] // d, d if status[numbers[row] // d] == FREE else d - 1
+        speed, square = 0.0, 0.0
+        if components == d:
+            if step[row] < 0.0:
+                part = min(part, max(contact.gap[c] + u[c, 0], 0.0) / -step[row])
+        else:
+            for a in range(1, d):
+                speed += step[row + a - 1] * (u[c, a] - contact.reference[c, a - 1])
+                square += step[row + a - 1] ** 2
+            if speed < 0.0:
+                part = min(part, -speed / square)
+        row += components
+    return part if part < np.inf else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def corrected(arrays, contact, u, status, step):
+    """Displacement and status after a step (k d,): who arrives sticks a priori, the next sweep decides."""
+    trial, decided = u + step.reshape(u.shape), status.copy()
+    place_all_on_surface(contact, trial, decided)
+    for c in range(status.size):
+        if status[c] == FREE and decided[c] != FREE:
+            decided[c] = STICK
+    place_all_on_surface(contact, trial, decided)
+    return trial, decided
+
+
+@njit(cache=True, error_model="numpy")
+def descend(arrays, contact, b, u, status, R, force, held, slip_rate, tolerance):
+    """Solve with the friction bounds held in contact.state, a convex problem.
+
+    Sweeps lower the energy, and so does as much of Newton's step as does: truncated nonsmooth Newton.
+    """
+    for _ in range(STEPS):
+        sweep(arrays, contact, b, u, status, held, slip_rate)
+        residual = judge(arrays, contact, b, u, status, R, force, held, slip_rate)
+        if residual <= tolerance:
+            break
+        least, rounding = energy(arrays, contact, b, u)
+        step = newton_step(arrays, contact, u, status, R, force, held, slip_rate, tolerance)
+        for _ in range(HALVINGS):
+            trial, decided = corrected(arrays, contact, u, status, step)
+            if energy(arrays, contact, b, trial)[0] < least + rounding:
+                u[:], status[:] = trial, decided
+                break
+            step *= 0.5
+
+
+@njit(cache=True, error_model="numpy")
+def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, tolerance):
     """Fill u (k, d), status (k,) and force (k, d) with the solution, status being the first guess as well."""
-    S, inverse = arrays.S, arrays.inverse
     R = np.empty_like(u)
     place_all_on_surface(contact, u, status)
-    hold_sticking(contact, u, status)
-    best, rounding = judge(S, contact, b, u, status, R, force, bound, slip_rate)
-    trial, trial_status, before = np.empty_like(u), np.empty_like(status), np.empty_like(status)
-    sweeps, idle, lowest = 1, 0, best  # a sweep may undo what Newton steps have done, and they do it again
-    while best > max(tolerance, min(rounding, 1e-8)) and idle < PATIENCE:
-        trial[:], trial_status[:], after = u, status, best
+    best = judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+    idle, lowest = 0, best
+    while best > tolerance and idle < PATIENCE:
+        trial, decided, after = u, status, best
         for _ in range(CHAIN):
-            before[:] = trial_status
-            newton_step(S, contact, trial, trial_status, R, force, bound, slip_rate)
-            place_all_on_surface(contact, trial, trial_status)
-            for c in range(status.size):
-                if before[c] == FREE and trial_status[c] == SLIP:
-                    trial_status[c] = STICK  # who touches sticks a priori; the sweep decides
-            hold_sticking(contact, trial, trial_status)
-            sweep(1, S, contact, inverse, b, trial, trial_status, bound, slip_rate)
-            after, trial_rounding = judge(S, contact, b, trial, trial_status, R, force, bound, slip_rate)
+            step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, tolerance)
+            trial, decided = corrected(arrays, contact, trial, decided, step)
+            sweep(arrays, contact, b, trial, decided, bound, slip_rate)
+            after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
             if after < best:
                 break
-        if after < best:
-            idle = 0 if after < 0.5 * lowest else idle + 1
-            lowest = min(after, lowest)
-            u[:], status[:], best, rounding, sweeps = trial, trial_status, after, trial_rounding, 1
-            continue
-        idle += 1
-        trial[:], trial_status[:] = u, status
-        sweep(sweeps, S, contact, inverse, b, u, status, bound, slip_rate)
-        best, rounding = judge(S, contact, b, u, status, R, force, bound, slip_rate)
-        if arrays.W.size:  # a body that moves almost as one relaxes slowly, its forces quickly
-            sweep_forces(sweeps, arrays, contact, b, trial, trial_status, bound, slip_rate)
-            place_all_on_surface(contact, trial, trial_status)
-            hold_sticking(contact, trial, trial_status)
-            after, trial_rounding = judge(S, contact, b, trial, trial_status, R, force, bound, slip_rate)
-            if after < best:
-                u[:], status[:], best, rounding = trial, trial_status, after, trial_rounding
-            else:
-                judge(S, contact, b, u, status, R, force, bound, slip_rate)
-        sweeps = min(4 * sweeps, 1024)
-    if bound is not None and u.shape[1] == 2 and best > max(tolerance, min(rounding, 1e-8)):
-        try_pivoting(S, contact, b, u, status, R, force, bound, slip_rate, best)
-    judge(S, contact, b, u, status, R, force, bound, slip_rate)
+        if after >= best:
+            if best < rounding_of(arrays, b, u, force):
+                break
+            judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+            trial, decided, after = u.copy(), status.copy(), best
+            bounds = np.empty(status.size)
+            for c in range(bounds.size):
+                slip = np.sqrt(np.sum((u[c, 1:] - contact.reference[c]) ** 2)) if status[c] == SLIP else 0.0
+                bounds[c] = allowed(bound, force[c, 0], slip_rate * slip, contact.state[c])
+            convex = with_state(contact, bounds)
+            descend(arrays, convex, b, trial, decided, R, force, held, slip_rate, 0.1 * best)
+            after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+        idle = 0 if after < 0.5 * lowest else idle + 1
+        lowest = min(after, lowest)
+        u[:], status[:], best = trial, decided, after
+    if u.shape[1] == 2 and best > tolerance and best > rounding_of(arrays, b, u, force):
+        try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, tolerance)
+    judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
 
 
 @njit(cache=True, error_model="numpy")
-def try_pivoting(S, contact, b, u, status, R, force, bound, slip_rate, best):
+def rounding_of(arrays, b, u, force):
+    """Natural residual that the rounding of S u alone may leave."""
+    size = np.abs(arrays.S) @ np.abs(u).copy().reshape(u.size)
+    scale = np.sqrt(np.sum(b**2)) + np.sqrt(np.sum(force**2))
+    return 2 * ROUNDING * np.sqrt(np.sum(size**2)) / scale if scale > 0.0 else 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def with_state(contact, state):
+    """The candidates with another state."""
+    return Candidates(
+        contact.nodes,
+        contact.number,
+        contact.frame,
+        contact.block,
+        contact.gap,
+        contact.reference,
+        state,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, tolerance):
     """Start anew from what pivoting finds for the coefficients of friction at hand; keep the better end."""
     mu = np.empty(status.size)
     for c in range(mu.size):
         mu[c] = allowed(bound, 1.0, 0.0, contact.state[c])
-    trial, decided, found = contact_by_pivoting(S, b, contact.gap, contact.reference, mu)
+    trial, decided, found = contact_by_pivoting(arrays.S, b, contact.gap, contact.reference, mu)
     if not found:
         return
     trial_status = decided.astype(status.dtype)
     for _ in range(CHAIN):
         place_all_on_surface(contact, trial, trial_status)
-        hold_sticking(contact, trial, trial_status)
-        after, _ = judge(S, contact, b, trial, trial_status, R, force, bound, slip_rate)
+        after = judge(arrays, contact, b, trial, trial_status, R, force, bound, slip_rate)
         if after < best:
             u[:], status[:], best = trial, trial_status, after
-        newton_step(S, contact, trial, trial_status, R, force, bound, slip_rate)
+        trial += newton_step(
+            arrays, contact, trial, trial_status, R, force, bound, slip_rate, tolerance
+        ).reshape(u.shape)

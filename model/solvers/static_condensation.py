@@ -28,7 +28,7 @@ from scipy.sparse import bsr_array, csc_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from model.node_loop.blocks import FUSED
-from model.node_loop.contact_sweep import FREE, STICK, place_all_on_surface
+from model.node_loop.contact_sweep import FREE, SLIP, STICK, place_all_on_surface
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import SEEN, RigidModes, determinate_unknowns, motions_of_each_body, parts
 from model.solvers.convergence_record import Record
@@ -190,7 +190,7 @@ class Condensation:
         selected = np.zeros(status.size, dtype=np.bool_)
         selected[self._anchors] = True
         if self.rigid.count and not status.any():
-            self._land(u, r, selected)
+            self._land(u, status, r, selected)
         free = self.back_substitute(r)
         power = self._seen.T @ (self.shapes.T @ r.ravel()) if self.pins.size else self._nothing
         gap, after = np.empty(status.size), np.empty(status.size)
@@ -225,15 +225,16 @@ class Condensation:
             u += self.back_substitute(r)
         if pins.size:
             u += (self.shapes @ pins).reshape(u.shape)
-        put_in_order(contact, u, status)
+        place_all_on_surface(contact, u, status)
 
-    def _land(self, u: np.ndarray, r: np.ndarray, selected: np.ndarray) -> None:
-        """Move a body that nothing holds to where the load r (N, d) takes it as a rigid body."""
+    def _land(self, u: np.ndarray, status: np.ndarray, r: np.ndarray, selected: np.ndarray) -> None:
+        """Move a body that nothing holds to where the load r (N, d) takes it as a rigid body, and touches."""
         loop, rigid, nowhere = self.loop, self.rigid, np.zeros(selected.size)
         mu = 0.0 if loop.friction is None else loop.friction.coefficient
         gap = loop.gaps(u, nowhere)
         u += (rigid.modes @ rigid.landing(r, loop.frame[:, 0], mu, gap)).reshape(u.shape)
-        selected[loop.gaps(u, nowhere) <= NEAR * max(gap.max(), 0.0)] = True
+        near = loop.gaps(u, nowhere) <= NEAR * max(gap.max(), 0.0)
+        selected[near], status[near] = True, SLIP if loop.friction is None else STICK
 
     def _set_up(self, active: np.ndarray) -> np.ndarray:
         """Set up the small problem of the given candidates, unless it is; return them."""
@@ -357,16 +358,3 @@ def spread(columns, place, force, active, u):
             column, size = columns[:, place[active[j]] * d + b], force[j, b]
             for i in range(u.size):
                 u[i] += column[i] * size
-
-
-@njit(cache=True, error_model="numpy")
-def put_in_order(contact, u, status):
-    """Place candidates that touch exactly on the road, and those that stick where they stick."""
-    place_all_on_surface(contact, u, status)
-    for c in range(status.size):
-        if status[c] == STICK:
-            for b in range(u.shape[1]):
-                s = -contact.gap[c] * contact.frame[c, 0, b]
-                for a in range(1, u.shape[1]):
-                    s += contact.reference[c, a - 1] * contact.frame[c, a, b]
-                u[contact.nodes[c], b] = s
