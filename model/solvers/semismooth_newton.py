@@ -10,8 +10,8 @@ are held at what they are. That leaves a convex problem,
 which sweeps and damped Newton steps solve from anywhere, J falling (Graeser and Sander, IMA J. Numer. Anal.
 39 (2019)); Coulomb's law is the fixed point bound = mu p. In the plane pivoting decides what is left.
 
-Everything here is in the frames of the nodes: component 0 along the normal, the others along the tangents. The
-sweep and the residual are those of the whole problem. `bound` is the address of the friction law.
+Everything here is in the frames of the nodes: component 0 along the normal, the others along the tangents.
+The sweep and the residual are those of the whole problem. `bound` is the address of the friction law.
 """
 
 from typing import NamedTuple
