@@ -45,6 +45,19 @@ class Elasticity:
     ValueError
         for kinematics that do not fit the body's dimension, and for regions that are unknown, missing or
         overlap.
+
+    Examples
+    --------
+    >>> from geometry import Body, rectangle
+    >>> body = Body.from_grid(rectangle(width=2.0, height=1.0, columns=4, rows=2))
+    >>> elasticity = Elasticity(body, Isotropic(E=1e3, nu=0.3))
+    >>> elasticity.stiffness().shape
+    (30, 30)
+    >>> elasticity.total_force("top", (0.0, -1.0)).sum(axis=0)
+    array([ 0., -1.])
+    >>> stretched = body.coordinates * (1e-3, 0.0)
+    >>> elasticity.stress(stretched)[0].diagonal().round(6)  # with sigma_zz of plane strain
+    array([1.346154, 0.576923, 0.576923])
     """
 
     kinds: tuple[type, ...] = (Isotropic, Anisotropic)  # of material

@@ -10,7 +10,25 @@ OUT_OF_PLANE = [2, 3, 4]
 
 
 class Isotropic:
-    """Young's modulus E > 0 (force per area) and Poisson's ratio nu, -1 < nu < 0.5."""
+    """Hooke's law of a material alike in all directions.
+
+    Parameters
+    ----------
+    E : Young's modulus (force per area), positive
+    nu : Poisson's ratio, between -1 and 0.5, both excluded
+
+    Raises
+    ------
+    ValueError
+        for values outside these bounds.
+
+    Examples
+    --------
+    >>> Isotropic(E=1.0, nu=0.0).matrix("plane strain")
+    array([[1. , 0. , 0. ],
+           [0. , 1. , 0. ],
+           [0. , 0. , 0.5]])
+    """
 
     def __init__(self, E: float, nu: float):
         if not (np.isfinite(E) and E > 0):

@@ -46,6 +46,8 @@ class MovingBody:
         Nested meshes, finest first; for the multigrid correction only.
     node_of : (nodes of the mesh,), optional
         Node that each node of a mesh has become where platens tie some together; default the node itself.
+    motion : callable, optional
+        Of the time: prescribed displacements (N, d); default what the load says of them.
     support_force : callable, optional
         Of velocity and acceleration (N, d) of moving supports: what their inertia and damping put on the free
         unknowns, (N, d).
@@ -80,6 +82,7 @@ class MovingBody:
     friction: FrictionLaw | float | None = None
     prolongations: Any = ()
     node_of: np.ndarray | None = None
+    motion: Callable[[float], np.ndarray] | None = None
     support_force: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
     limits: Any = None
     dim: int = field(init=False)
@@ -193,6 +196,7 @@ class MovingBody:
             friction,
             system.prolongations,
             system.node_of if tied else None,
+            system.prescribed_at if system.varies else None,
             system.support_force if system.varies else None,
             limits,
         )
@@ -223,6 +227,8 @@ class MovingBody:
         """Displacements (N, d) of prescribed unknowns at a time, 0 at others."""
         if not self.supported:
             return np.zeros_like(self.coordinates)
+        if self.motion is not None:
+            return np.where(self.prescribed, self.motion(time), 0.0)
         diagonal = self.K.diagonal().reshape(self.coordinates.shape)
         return np.where(self.prescribed, self.load_at(time) / diagonal, 0.0)
 
@@ -231,7 +237,7 @@ class MovingBody:
 
         Central ones; at the start, before which nothing is known of the motion, forward ones.
         """
-        if not (self.supported and callable(self.load)):
+        if not (self.supported and (callable(self.load) or self.motion is not None)):
             return np.zeros_like(self.coordinates), np.zeros_like(self.coordinates)
         h, before = 0.5 * dt, time < 0.5 * dt
         g = [self.prescribed_at(time + h * k) for k in ((0, 1, 2, 3) if before else (-1, 0, 1))]
