@@ -17,6 +17,7 @@ from model.dynamics.moving_body import MovingBody
 from model.dynamics.newmark import Newmark
 from model.finite_strain.energy_momentum import EnergyMomentum
 from model.finite_strain.moving_body import FiniteBody
+from model.finite_strain.statics import FiniteContact
 from model.node_loop.friction_laws import (
     FrictionLaw,
     coulomb,
@@ -81,6 +82,7 @@ __all__ = [
     "EnergyGrowth",
     "EnergyMomentum",
     "FiniteBody",
+    "FiniteContact",
     "FrictionLaw",
     "GeneralisedAlpha",
     "HalfWidth",

@@ -73,7 +73,11 @@ class SystemForces:
         d = self.prescribed.shape[1]
         if self._tie is not None:
             K = bsr_array(self._tie.T @ K.tocsr() @ self._tie, blocksize=(d, d))
-        if held and self._free is not None:
-            diagonal = np.where(self.prescribed.ravel(), K.diagonal(), 0.0)
-            K = bsr_array(self._free @ K @ self._free + diags_array(diagonal), blocksize=(d, d))
-        return K
+        return self.hold(K) if held else K
+
+    def hold(self, K: Any) -> Any:
+        """Leave prescribed unknowns a lone diagonal entry each in K (R d, R d)."""
+        if self._free is None:
+            return K
+        diagonal = np.where(self.prescribed.ravel(), K.diagonal(), 0.0)
+        return bsr_array(self._free @ K @ self._free + diags_array(diagonal), blocksize=K.blocksize)

@@ -1,0 +1,305 @@
+"""Static contact of finite rotation and finite strain: Newton's method with the contact inside, in load steps.
+
+Each iteration is a contact problem for an increment d, with the tangent K(u), what is missing of equilibrium,
+and the gaps of the present configuration. The total energy, friction held, may not rise along d, and no cell
+may be turned inside out. Where the tangent is not positive definite, nodes that touch are held where they are by
+springs that change no solution; what is indefinite even so is shifted. A load step that fails is halved,
+after easy ones the next is longer.
+
+Source: Wriggers, Computational Contact Mechanics, 2nd edition, Springer 2006, chapters 9 and 10, for Newton's
+method with contact; Nocedal and Wright, Numerical Optimization, 2nd edition, 2006, chapter 3, for its damping.
+"""
+
+from collections.abc import Iterable, Iterator
+from resource import RUSAGE_SELF, getrusage
+from time import perf_counter
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from scipy.sparse import bsr_array, csc_array, diags_array
+
+from model.checks import positive
+from model.dynamics.time_integrator import StepSolver, Touch
+from model.finite_strain.system_forces import SystemForces
+from model.node_loop.node_loop import length
+from model.node_loop.status import Status
+from model.problem.contact_problem import ContactProblem
+from model.solvers.contact_solver import Solution
+from model.solvers.convergence_record import NotConverged, Record
+from model.solvers.static_condensation import factorised
+
+ITERATIONS = 30  # in a load step
+EASY = 6  # iterations after which the next load step is longer
+GROWTH = 1.5
+SMALLEST = 2.0**-12  # part of the path
+DAMPING = [0.5**k for k in range(8)]
+SUFFICIENT = 1e-4  # part of the descent that the slope promises
+ON_ROAD = 1e-12  # of the body's size
+
+
+class FiniteContact:
+    """A body of finite strain above a rigid road, pressed step by step.
+
+    Parameters
+    ----------
+    contact : BodyOnRoad
+        Of a system of `forms.Hyperelasticity`. Loads and prescribed displacements that depend on time are
+        followed from time 0 to 1; others are laid on in proportion.
+    correction : str
+        "direct", or another of `ContactSolver`.
+    tolerance : float
+        What may be missing of equilibrium, of the forces at work.
+
+    Attributes
+    ----------
+    steps : list of (time, iterations)
+        Load steps of the last solve.
+
+    Raises
+    ------
+    ValueError
+        If the system is one of linear strain.
+
+    Examples
+    --------
+    >>> from forms import Hyperelasticity, NeoHookean, Support
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import BodyOnRoad
+    >>> rubber = Hyperelasticity(Body.from_grid(rectangle(1.0, 0.5, 4, 4)), NeoHookean(E=1e3, nu=0.0))
+    >>> support = Support(rubber.body).fix("top", x=0.0, y=-0.25)
+    >>> contact = BodyOnRoad(rubber.system(rubber.body_force((0.0, 0.0)), support), "bottom", Plane())
+    >>> half = FiniteContact(contact).solve()  # nu = 0: the force is E/2 (1/l - l), l = 1/2
+    >>> round(float(half.pressure_force.sum()), 6)
+    750.0
+    """
+
+    def __init__(self, contact: Any, correction: str = "direct", tolerance: float = 1e-10):
+        system = contact.system
+        if system.elastic is None:
+            raise ValueError("FiniteContact is for forms.Hyperelasticity; linear strain takes model.solve.")
+        positive(tolerance=tolerance)
+        self.contact, self.system, self.problem = contact, system, contact.problem
+        self.correction, self.tolerance = correction, tolerance
+        self.forces = SystemForces(system.elastic, system.node_of, system.fixed)
+        self.steps: list[tuple[float, int]] = []
+        at_rest = self.forces.tangent(np.zeros_like(system.coordinates))
+        self._diagonal = np.where(system.fixed, 0.0, at_rest.diagonal().reshape(system.fixed.shape))
+        self._size = float(np.ptp(system.coordinates, axis=0).max())
+        self._history: list[float] = []
+
+    def solve(self, steps: int = 1) -> Solution:
+        """Follow the path to its end, time 1, in about so many load steps; as many more as it takes.
+
+        Raises
+        ------
+        NotConverged
+            If a load step does not converge however small; it says how far the path was followed.
+        """
+        positive(steps=steps)
+        *_, last = self.follow([1.0], 1.0 / steps)
+        return last
+
+    def follow(self, times: Iterable[float], first: float | None = None) -> Iterator[Solution]:
+        """Follow the path, and yield a Solution at each of the times.
+
+        Parameters
+        ----------
+        times : iterable of float
+            Growing, > 0.
+        first : float, optional
+            The first load step; default to the first of the times.
+        """
+        nodes = self.problem.contact_nodes
+        u, at, step = np.zeros_like(self.system.coordinates), 0.0, first
+        status = np.zeros(nodes.size, dtype=np.int8)
+        self.steps = []
+        for time in times:
+            began = perf_counter()
+            step = time - at if step is None else step
+            while at < time:
+                to = time if at + step > time * (1.0 - 1e-9) else at + step
+                try:
+                    found, touch, residual = self._step(u, to, status)
+                except NotConverged as error:
+                    step = 0.5 * (to - at)
+                    if step < SMALLEST * time:
+                        raise self._stopped(at, error) from None
+                    continue
+                iterations = len(self._history)
+                self.steps.append((to, iterations))
+                u, status, step, at = found, touch.status, max(step, to - at), to
+                if iterations <= EASY:
+                    step *= GROWTH
+            yield self._solution(u, touch, residual, perf_counter() - began)
+
+    def load_at(self, time: float) -> np.ndarray:
+        """Return the external forces (R, d), 0 at prescribed unknowns."""
+        system = self.system
+        load = system.external_load(time) if system.varies else time * system.external_load()
+        return np.where(system.fixed, 0.0, load)
+
+    def prescribed_at(self, time: float) -> np.ndarray:
+        """Return the prescribed displacements (R, d)."""
+        system = self.system
+        return np.asarray(system.prescribed_at(time) if system.varies else time * system.prescribed_at())
+
+    def _step(self, start: np.ndarray, time: float, status: np.ndarray) -> tuple[np.ndarray, Touch, float]:
+        """Newton's method from u (R, d) for the load at a time; return displacement, contact and residual."""
+        nodes, fixed = self.problem.contact_nodes, self.system.fixed
+        load, wanted = self.load_at(time), self.prescribed_at(time)
+        u, self._history = start, []
+        missing = self._missing(u, load)
+        for _ in range(ITERATIONS):
+            way = np.where(fixed, wanted - u, 0.0)
+            gap, normal, _ = self.contact.road.closest(self._points(u))
+            touch = self._increment(u, missing, way, gap, normal, (start - u)[nodes], status)
+            status, d = touch.status, touch.increment
+            rest = missing.copy()
+            rest[nodes] += np.where(fixed[nodes], 0.0, touch.force)
+            forces = length(load) + length(touch.force) + length(missing - load)
+            scale = self.tolerance * forces
+            floor = 1e-15 * float(np.abs(self.system.coordinates + u).max()) * length(self._diagonal)
+            self._history.append(length(rest) / forces if forces else 0.0)
+            if not np.isfinite(self._history[-1]):
+                break
+            if not way.any() and length(rest) <= max(scale, floor) and self._on_road(u + d, touch):
+                self._check(u + d, time)
+                return u + d, touch, self._history[-1]
+            u, missing = self._damped(u, d, touch, normal, load, bool(way.any()))
+        raise NotConverged(
+            f"Newton's method does not come to an end at time {time:.6g}",
+            Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=self._history or [1.0]),
+        )
+
+    def _damped(
+        self, u: np.ndarray, d: np.ndarray, touch: Touch, normal: np.ndarray, load: np.ndarray, moving: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return where to go on from along d, and what is missing there; supports that move go all the way."""
+        nodes = self.problem.contact_nodes
+        friction = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
+        work = float(np.vdot(friction, d[nodes]))
+        energy = self._energy(u, load)
+        slope = -float(np.vdot(self._missing(u, load), d)) - work
+        rounding = 1e-15 * float((self._diagonal * self.system.coordinates**2).sum())
+        for part in DAMPING[:1] if moving else DAMPING:
+            trial = u + part * d
+            if not self.forces.volume_ratio(trial) > 0.0:
+                continue
+            change = self._energy(trial, load) - energy - part * work
+            if moving or change <= SUFFICIENT * part * min(slope, 0.0) + rounding:
+                return trial, self._missing(trial, load)
+        raise NotConverged(
+            "every part of a Newton step raises the energy or turns a cell inside out",
+            Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=self._history),
+        )
+
+    def _increment(
+        self,
+        u: np.ndarray,
+        missing: np.ndarray,
+        way: np.ndarray,
+        gap: np.ndarray,
+        normal: np.ndarray,
+        back: np.ndarray,
+        status: np.ndarray,
+    ) -> Touch:
+        """Solve the contact problem of an increment."""
+        fixed = self.system.fixed
+        K = self.forces.tangent(u, held=False)
+        b = np.where(fixed, 0.0, missing - (K @ way.ravel()).reshape(way.shape) if way.any() else missing)
+        A = self.forces.hold(K)
+        b += np.where(fixed, A.diagonal().reshape(fixed.shape) * way, 0.0)
+        A = self._definite(A, normal, status)
+        problem = ContactProblem(
+            A,
+            np.zeros_like(u),
+            self.system.coordinates,
+            self.problem.contact_nodes,
+            normal,
+            np.zeros(len(normal)),
+            self.problem.friction,
+            prolongations=self.problem.prolongations,
+        )
+        solver = StepSolver(problem, self.correction, 0.1 * self.tolerance, 1.0)
+        return solver.solve(b, gap, normal, back, SimpleNamespace(status=status))  # type: ignore[arg-type]
+
+    def _definite(self, A: Any, normal: np.ndarray, status: np.ndarray) -> Any:
+        """Return A, made positive definite where it is not."""
+        if not indefinite(A):
+            return A
+        nodes, d = self.problem.contact_nodes, A.blocksize[0]
+        touching = np.flatnonzero(status != Status.FREE)
+        blocks = np.zeros((A.shape[0] // d, d, d))
+        held = np.einsum("ca,cb->cab", normal[touching], normal[touching])
+        held[status[touching] == Status.STICK] = np.eye(d)
+        blocks[nodes[touching]] = float(self._diagonal.max()) * held
+        N = len(blocks)
+        A = bsr_array(
+            A + bsr_array((blocks, np.arange(N), np.arange(N + 1)), shape=A.shape), blocksize=(d, d)
+        )
+        shift = 0.0
+        while indefinite(A):
+            more = shift if shift else 1e-4
+            A = bsr_array(A + diags_array(more * self._diagonal.ravel()), blocksize=(d, d))
+            shift += more
+        return A
+
+    def _missing(self, u: np.ndarray, load: np.ndarray) -> np.ndarray:
+        return np.where(self.system.fixed, 0.0, load - self.forces.internal_force(u))
+
+    def _energy(self, u: np.ndarray, load: np.ndarray) -> float:
+        return self.forces.strain_energy(u) - float(np.vdot(load, u))
+
+    def _points(self, u: np.ndarray) -> np.ndarray:
+        return np.asarray(self.contact.points + u[self.problem.contact_nodes])
+
+    def _on_road(self, u: np.ndarray, touch: Touch) -> bool:
+        gap = self.contact.road.closest(self._points(u))[0]
+        off = np.abs(gap[touch.status != Status.FREE]).max(initial=0.0)
+        return bool(max(off, -gap.min()) <= ON_ROAD * self._size)
+
+    def _check(self, u: np.ndarray, time: float) -> None:
+        if not self.forces.volume_ratio(u) > 0.0:
+            raise NotConverged(
+                f"at time {time:.6g} a cell is turned inside out",
+                Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=self._history),
+            )
+
+    def _stopped(self, at: float, error: NotConverged) -> NotConverged:
+        soft = [e for e in self.system.elastic.energies if not e.bears_compression]
+        remedy = (
+            "St. Venant and Kirchhoff's material softens in compression: NeoHookean bears it"
+            if soft
+            else "refine the mesh where cells are pressed flat, or load by a motion instead of a force"
+        )
+        return NotConverged(
+            f"The load path stops at {at:.4g} of its end, however small the load step ({error}); {remedy}.",
+            Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=self._history or [1.0]),
+        )
+
+    def _solution(self, u: np.ndarray, touch: Touch, residual: float, seconds: float) -> Solution:
+        gap, normal, _ = self.contact.road.closest(self._points(u))
+        gap = np.where(touch.status != Status.FREE, 0.0, np.maximum(gap, 0.0))
+        return Solution(
+            displacement=u,
+            contact_force=touch.force,
+            pressure_force=np.maximum(np.einsum("ca,ca->c", normal, touch.force), 0.0),
+            gap=gap,
+            status=touch.status,
+            residual=residual,
+            history=np.array(self._history),
+            correction=self.correction,
+            sweeps=0,
+            cycles=sum(iterations for _, iterations in self.steps),
+            work_units=0.0,
+            seconds=seconds,
+            setup_seconds=0.0,
+            peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
+        )
+
+
+def indefinite(A: Any) -> bool:
+    """Tell whether a symmetric matrix has a negative eigenvalue (Sylvester's law of inertia)."""
+    pivots = factorised(csc_array(A)).U.diagonal()
+    return bool(pivots.min() < -1e-12 * np.abs(pivots).max())
