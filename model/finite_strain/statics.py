@@ -1,13 +1,13 @@
-"""Static contact of finite rotation and finite strain: Newton's method with the contact inside, in load steps.
+"""Static contact of finite rotation and finite strain: Newton's method with contact inside, in load steps.
 
 Each iteration is a contact problem for an increment d, with the tangent K(u), what is missing of equilibrium,
 and the gaps of the present configuration. The total energy, friction held, may not rise along d, and no cell
-may be turned inside out. Where the tangent is not positive definite, nodes that touch are held where they are by
-springs that change no solution; what is indefinite even so is shifted. A load step that fails is halved,
+may be turned inside out. Where the tangent is not positive definite, nodes that touch are held where they are
+by springs that change no solution; what is indefinite even so is shifted. A load step that fails is halved,
 after easy ones the next is longer.
 
-Source: Wriggers, Computational Contact Mechanics, 2nd edition, Springer 2006, chapters 9 and 10, for Newton's
-method with contact; Nocedal and Wright, Numerical Optimization, 2nd edition, 2006, chapter 3, for its damping.
+Source: Wriggers, Computational Contact Mechanics, 2nd edition, Springer 2006, chapters 9 and 10 (Newton's
+method with contact); Nocedal and Wright, Numerical Optimization, 2nd edition, 2006, chapter 3 (damping).
 """
 
 from collections.abc import Iterable, Iterator
@@ -175,7 +175,7 @@ class FiniteContact:
     def _damped(
         self, u: np.ndarray, d: np.ndarray, touch: Touch, normal: np.ndarray, load: np.ndarray, moving: bool
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return where to go on from along d, and what is missing there; supports that move go all the way."""
+        """Return where to go on from along d, and what is missing there; moving supports go all the way."""
         nodes = self.problem.contact_nodes
         friction = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
         work = float(np.vdot(friction, d[nodes]))
