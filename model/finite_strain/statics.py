@@ -32,7 +32,7 @@ from model.solvers.static_condensation import factorised
 ITERATIONS = 30  # in a load step
 EASY = 6  # iterations after which the next load step is longer
 GROWTH = 1.5
-SMALLEST = 2.0**-12  # part of the path
+SMALLEST = 2.0**-8  # part of the path
 DAMPING = [0.5**k for k in range(8)]
 SUFFICIENT = 1e-4  # part of the descent that the slope promises
 ON_ROAD = 1e-12  # of the body's size

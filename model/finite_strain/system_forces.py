@@ -76,8 +76,8 @@ class SystemForces:
         return self.hold(K) if held else K
 
     def hold(self, K: Any) -> Any:
-        """Leave prescribed unknowns a lone diagonal entry each in K (R d, R d)."""
+        """Leave prescribed unknowns a lone diagonal entry > 0 each in K (R d, R d)."""
         if self._free is None:
             return K
-        diagonal = np.where(self.prescribed.ravel(), K.diagonal(), 0.0)
+        diagonal = np.where(self.prescribed.ravel(), np.abs(K.diagonal()).max(), 0.0)
         return bsr_array(self._free @ K @ self._free + diags_array(diagonal), blocksize=K.blocksize)
