@@ -256,7 +256,8 @@ def _number_means(
     stacked = np.sort(np.concatenate(rows), axis=1)
     first, number = number_rows(stacked)
     parts = np.split(number, np.cumsum([len(r) for r in rows])[:-1])
-    parts = [part.reshape(len(family), -1) for part, family in zip(parts, families)]
+    places = [len(_positions(kind, size)) for kind in kinds]
+    parts = [part.reshape(len(family), k) for part, family, k in zip(parts, families, places)]
     return parts, stacked[first]
 
 
