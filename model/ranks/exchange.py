@@ -1,0 +1,69 @@
+"""Exchange of nodal values between the ranks that share a mesh."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+
+class Exchange:
+    """Values at the nodes one rank holds: those it owns, then copies of others' (its ghosts).
+
+    Parameters
+    ----------
+    comm : MPI communicator
+    shared : sequence of (rank, send (k,), receive (m,))
+        For each neighbour the nodes owned here that it holds too, and those held here that it owns, in an
+        order both agree on.
+    owned : int
+        Nodes 0, ..., owned - 1 are this rank's own.
+
+    Examples
+    --------
+    >>> from mpi4py import MPI
+    >>> alone = Exchange(MPI.COMM_SELF, [], owned=3)
+    >>> alone.dot(np.ones((3, 2)), np.ones((3, 2)))
+    6.0
+    """
+
+    def __init__(self, comm: Any, shared: Sequence[tuple[int, np.ndarray, np.ndarray]], owned: int):
+        self.comm, self.shared, self.owned = comm, list(shared), owned
+
+    def update(self, u: np.ndarray) -> None:
+        """Give the ghosts in u (N, ...) the values of their owners; collective."""
+        received = self._swap(
+            [u[send] for _, send, _ in self.shared],
+            [np.empty((receive.size, *u.shape[1:]), u.dtype) for _, _, receive in self.shared],
+        )
+        for (_, _, receive), values in zip(self.shared, received):
+            u[receive] = values
+
+    def add(self, r: np.ndarray) -> None:
+        """Add to the owners' values in r (N, ...) those of all ghosts, and clear the ghosts; collective."""
+        received = self._swap(
+            [r[receive] for _, _, receive in self.shared],
+            [np.empty((send.size, *r.shape[1:]), r.dtype) for _, send, _ in self.shared],
+        )
+        for (_, send, receive), values in zip(self.shared, received):
+            r[send] += values
+            r[receive] = 0
+
+    def _swap(self, sends: list[np.ndarray], receives: list[np.ndarray]) -> list[np.ndarray]:
+        """Send to and receive from each neighbour."""
+        requests = [self.comm.Irecv(values, rank) for (rank, _, _), values in zip(self.shared, receives)]
+        requests += [self.comm.Isend(values, rank) for (rank, _, _), values in zip(self.shared, sends)]
+        for request in requests:
+            request.Wait()
+        return receives
+
+    def sum(self, value: float) -> float:
+        """Return the sum over all ranks."""
+        return float(self.comm.allreduce(value))
+
+    def dot(self, x: np.ndarray, y: np.ndarray) -> float:
+        """Return the inner product of x and y (N, d), each node counted once."""
+        return self.sum(float(np.vdot(x[: self.owned], y[: self.owned])))
+
+    def any(self, value: bool) -> bool:
+        """Tell whether the value is true on any rank."""
+        return self.sum(float(value)) > 0.0

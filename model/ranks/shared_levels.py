@@ -1,0 +1,241 @@
+"""Meshes of a multigrid hierarchy whose rows are shared by many ranks.
+
+On each mesh a rank holds the rows of the nodes it owns; columns and vectors go on with its ghosts. Galerkin
+products are formed from the rows of the fine mesh, so that contributions to rows of others are sent to them.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.sparse import bsr_array, csr_array
+
+from model.node_loop.blocks import BlockMatrix, defect, gauss_seidel, generalised_inverses, node_order
+from model.ranks.exchange import Exchange
+from model.solvers.galerkin_coarsening import galerkin_pattern, nodal_prolongation, transfers, transposed
+
+
+class SharedLevel:
+    """One mesh: the rows of the owned nodes, and the way to the next coarser mesh.
+
+    Parameters
+    ----------
+    A : BlockMatrix
+        Rows of the owned nodes, columns of all nodes held here.
+    exchange : Exchange
+    nodes : int
+        Nodes held here, ghosts counted.
+    """
+
+    def __init__(self, A: BlockMatrix, exchange: Exchange, nodes: int):
+        self.A, self.exchange, self.nodes, self.d = A, exchange, nodes, A.data.shape[1]
+        self.inverse = np.zeros((exchange.owned, self.d, self.d))
+        self.rows = np.repeat(np.arange(exchange.owned), np.diff(A.indptr).astype(np.int64))
+        self.middle = np.flatnonzero(self.rows == A.indices)
+        self.ghost = np.flatnonzero(A.indices >= exchange.owned)
+        self.forward = node_order(None, exchange.owned)
+        self.backward = self.forward[::-1].copy()
+        self.z, self.rest, self.load = (np.zeros((nodes, self.d)) for _ in range(3))
+        self.invert()
+
+    def invert(self) -> None:
+        """Invert the diagonal blocks, with half the sum of each row's ghost entries added.
+
+        That makes Gauss-Seidel within the ranks converge whatever their number: M + M^T - A stays positive
+        (Baker, Falgout, Kolev and Yang, SIAM J. Sci. Comput. 33 (2011) 2864).
+        """
+        D = self.A.data[self.middle].copy()
+        sizes = np.zeros((self.exchange.owned, self.d))
+        np.add.at(sizes, self.rows[self.ghost], np.abs(self.A.data[self.ghost]).sum(axis=2))
+        D[:, np.arange(self.d), np.arange(self.d)] += 0.5 * sizes
+        generalised_inverses(D, np.arange(len(D)), self.inverse)
+
+    def coarsen(self, weights: csr_array, exchange: Exchange, ids: np.ndarray) -> "SharedLevel":
+        """Set the way to the next coarser mesh and return that.
+
+        Parameters
+        ----------
+        weights : (nodes, coarse nodes)
+        exchange : Exchange
+            Of the coarse mesh.
+        ids : (coarse nodes,)
+            Numbers that all ranks agree on.
+        """
+        self.P = nodal_prolongation(weights, self.d)
+        self.full = self.P.data.copy()
+        self.transfers = transfers(self.d, self.d)
+        owned = BlockMatrix(self.P.indptr[: self.exchange.owned + 1], self.P.indices, self.P.data)
+        count = int(owned.indptr[-1])
+        self.children = transposed(owned._replace(indices=owned.indices[:count]), weights.shape[1])
+        indptr, indices = galerkin_pattern(self.A, self.P, self.children)
+        self.product = BlockMatrix(indptr, indices, np.zeros((indices.size, self.d, self.d)))
+        rows = np.repeat(np.arange(weights.shape[1]), np.diff(indptr).astype(np.int64))
+        self._gathered = Gathered(rows, indices.astype(np.int64), exchange, ids)
+        A = self._gathered.matrix(self.d)
+        self.coarser = SharedLevel(A, exchange, weights.shape[1])
+        self.recompute()
+        return self.coarser
+
+    def recompute(self) -> None:
+        """Compute the coarse matrix anew; collective."""
+        rows = np.arange(self.children.indptr.size - 1)
+        self.transfers.galerkin_rows(self.A, self.P, self.children, rows, self.product)
+        self._gathered.sum(self.product.data, self.coarser.A.data)
+        self.coarser.invert()
+
+    def smooth(self, r: np.ndarray, order: np.ndarray) -> None:
+        """Sweep over the owned rows for A z = r, and tell the others; collective."""
+        gauss_seidel(self.d)(self.A, self.inverse, r, self.z, order)
+        self.exchange.update(self.z)
+
+
+class Gathered:
+    """The sum, by rows, of what ranks contribute to each other's matrices.
+
+    Parameters
+    ----------
+    rows, columns : (m,)
+        Nodes of the entries that this rank computes, ghost rows too.
+    exchange : Exchange
+    ids : (nodes,)
+        Numbers that all ranks agree on.
+    """
+
+    def __init__(self, rows: np.ndarray, columns: np.ndarray, exchange: Exchange, ids: np.ndarray):
+        comm, owned = exchange.comm, exchange.owned
+        self.comm = comm
+        self.sent: list[tuple[int, np.ndarray]] = []
+        asked: list[Any] = [np.zeros((0, 2), dtype=np.int64) for _ in range(comm.size)]
+        for rank, _, receive in exchange.shared:
+            entries = np.flatnonzero(np.isin(rows, receive))
+            self.sent.append((rank, entries))
+            asked[rank] = ids[np.stack([rows[entries], columns[entries]], axis=1)]
+        order = np.argsort(ids)
+        received = {
+            rank: order[np.searchsorted(ids, pairs, sorter=order)]
+            for rank, pairs in enumerate(comm.alltoall(asked))
+        }
+        self.own = np.flatnonzero(rows < owned)
+        pairs = [np.stack([rows[self.own], columns[self.own]], axis=1), *received.values()]
+        keys = np.concatenate([p[:, 0] * len(ids) + p[:, 1] for p in pairs])
+        distinct, place = np.unique(keys, return_inverse=True)
+        self.rows, self.columns = np.divmod(distinct, len(ids))
+        places = np.split(place, np.cumsum([len(p) for p in pairs])[:-1])
+        self.own_place, self.owned = places[0], owned
+        self.received = {rank: where for rank, where in zip(received, places[1:]) if where.size}
+
+    def matrix(self, d: int) -> BlockMatrix:
+        """Return the matrix of the owned rows, zero as yet."""
+        indptr = np.concatenate([[0], np.cumsum(np.bincount(self.rows, minlength=self.owned))])
+        data = np.zeros((self.rows.size, d, d))
+        return BlockMatrix(indptr.astype(np.uint64), self.columns.astype(np.uint32), data)
+
+    def sum(self, contributions: np.ndarray, data: np.ndarray) -> None:
+        """Write the sum of all ranks' contributions (m, d, d) into `data`; collective."""
+        data[:] = 0.0
+        data[self.own_place] = contributions[self.own]
+        shape = contributions.shape[1:]
+        buffers = {rank: np.empty((where.size, *shape)) for rank, where in self.received.items()}
+        requests = [self.comm.Irecv(values, rank) for rank, values in buffers.items()]
+        requests += [
+            self.comm.Isend(contributions[entries], rank) for rank, entries in self.sent if entries.size
+        ]
+        for request in requests:
+            request.Wait()
+        for rank, where in self.received.items():
+            data[where] += buffers[rank]
+
+
+class CoarsestMesh:
+    """The coarsest mesh, gathered on every rank and solved there.
+
+    Parameters
+    ----------
+    level : SharedLevel
+    """
+
+    def __init__(self, level: SharedLevel):
+        comm, exchange = level.exchange.comm, level.exchange
+        counts = comm.allgather(exchange.owned)
+        self.level, self.counts = level, counts
+        self.first = sum(counts[: comm.rank])
+        number = np.zeros((level.nodes, 1), dtype=np.int64)
+        number[: exchange.owned, 0] = self.first + np.arange(exchange.owned)
+        exchange.update(number)
+        self.number = number[:, 0]
+        self.inverse: np.ndarray | None = None
+
+    def solve(self, r: np.ndarray, z: np.ndarray) -> None:
+        """Solve A z = r for the owned nodes and the ghosts; collective."""
+        level = self.level
+        comm, owned, d = level.exchange.comm, level.exchange.owned, level.d
+        if self.inverse is None:
+            rows = [self.first + level.rows, self.number[level.A.indices], level.A.data]
+            self.inverse = _inverse(comm.allgather(rows), sum(self.counts), d)
+        whole = np.concatenate(comm.allgather(r[:owned]))
+        z[:] = (self.inverse @ whole.ravel()).reshape(-1, d)[self.number]
+
+
+def _inverse(parts: Sequence[Any], nodes: int, d: int) -> np.ndarray:
+    """Pseudo-inverse of the matrix whose block rows lie in the parts."""
+    rows, columns, data = (np.concatenate(x) for x in zip(*parts))
+    order = np.lexsort((columns, rows))
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=nodes))])
+    A = bsr_array((data[order], columns[order], indptr), shape=(nodes * d, nodes * d)).toarray()
+    return np.linalg.pinv(A, rcond=1e-12, hermitian=True)
+
+
+class SharedCycle:
+    """V-cycles over meshes that many ranks share.
+
+    Parameters
+    ----------
+    finest : SharedLevel
+    prolongations : sequence of csr_array
+        Between the nodes held here, finest first.
+    exchanges : sequence of Exchange
+        Of the coarser meshes.
+    ids : sequence of (nodes,)
+        Numbers of the coarser meshes' nodes that all ranks agree on.
+    """
+
+    def __init__(
+        self,
+        finest: SharedLevel,
+        prolongations: Sequence[csr_array],
+        exchanges: Sequence[Exchange],
+        ids: Sequence[np.ndarray],
+    ):
+        self.levels = [finest]
+        for weights, exchange, numbers in zip(prolongations, exchanges, ids, strict=True):
+            self.levels.append(self.levels[-1].coarsen(weights, exchange, numbers))
+        self.coarsest = CoarsestMesh(self.levels[-1])
+
+    def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
+        """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d); collective."""
+        finest = self.levels[0]
+        held = np.tile(np.eye(finest.d), (finest.nodes, 1, 1))
+        held[nodes] = projectors
+        if len(self.levels) > 1:
+            rows = np.repeat(np.arange(finest.nodes), np.diff(finest.P.indptr).astype(np.int64))
+            finest.P.data[:] = held[rows] @ finest.full
+            for fine, _ in pairwise(self.levels):
+                fine.recompute()
+        self.coarsest.inverse = None
+
+    def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
+        """One V(1,1)-cycle for A z = r from z = 0, on level `number`; overwritten by the next call."""
+        level = self.levels[number]
+        if number == len(self.levels) - 1:
+            self.coarsest.solve(r, level.z)
+            return level.z
+        coarser, owned = self.levels[number + 1], level.exchange.owned
+        level.z[:] = 0.0
+        level.smooth(r, level.forward)
+        defect(level.d)(level.A, r, level.z, level.rest[:owned])
+        level.transfers.restrict(level.P, level.children, level.rest, coarser.load)
+        coarser.exchange.add(coarser.load)
+        level.transfers.prolong(level.P, self(coarser.load, number + 1), level.z)
+        level.smooth(r, level.backward)
+        return level.z
