@@ -67,7 +67,7 @@ class Part:
         owned = np.flatnonzero(~old & (owner == self.comm.rank))
         counts = self.comm.allgather(owned.size)
         ids[owned] = self.count + sum(counts[: self.comm.rank]) + np.arange(owned.size)
-        # Around its own cells a rank knows the owners of points, not their numbers; a cell's owner knows both.
+        # A rank knows the owners of points around its own cells, not their numbers; a cell's owner knows both.
         shared = np.flatnonzero(mine & ~old & (owner != self.comm.rank))
         ids[shared] = self._ask(owner[shared], keys[shared], keys[owned], ids[owned, None])[:, 0]
         beyond = np.flatnonzero(~mine & ~old)
