@@ -161,7 +161,7 @@ class Elasticity:
         """Return nodal forces (N, dim) of a uniform traction on `name` whose sum is `vector`."""
         total = self._vector(vector, "total force")
         weights = self.traction(name, np.ones(self.body.dim))
-        return weights / weights.sum(axis=0) * total
+        return weights / self.body.total(weights) * total
 
     def boundary_mass(self, name: str | Sequence[str]) -> sparse.csr_array:
         """Return (N, N), the integral of v u over the boundary `name`, for pressures from nodal forces."""

@@ -52,9 +52,9 @@ class Support:
         self, index: int, x: Value | None = None, y: Value | None = None, z: Value | None = None
     ) -> Support:
         """Prescribe components of the displacement of one node."""
-        if not 0 <= index < len(self.value):
+        if not 0 <= index < len(self.value) and not (index == -1 and self.body.shared is not None):
             raise ValueError(f"There is no node {index}; the body's nodes are 0 to {len(self.value) - 1}.")
-        return self._prescribe(np.array([index]), (x, y, z), f"of node {index}")
+        return self._prescribe(np.array([index])[: index + 1], (x, y, z), f"of node {index}")
 
     def platen(self, name: str | Sequence[str]) -> Support:
         """Tie the nodes of a boundary, or of several, into one: it translates, it does not tilt."""
@@ -99,14 +99,20 @@ class Support:
                 )
             if matrix is not None and not np.isfinite(matrix.data).all():
                 raise ValueError("The matrix has entries that are not finite numbers.")
-        node_of, chosen = _collapse(N, self.platens)
+        node_of, chosen = self._numbering()
         R, given, moving = len(chosen), self.value.copy(), list(self.moving)
+
+        shared = self.body.shared
+        exchanges = [shared.exchange(k) for k in range(len(shared.ids))] if shared is not None else []
 
         def values(time: float | None) -> np.ndarray:
             value = given.copy()
             for nodes, component, motion, where in moving:
                 value[nodes, component] = _finite(motion(0.0 if time is None else time), where)
-            return _of_system(value, node_of, R)
+            value = _of_system(value, node_of, R)
+            if exchanges:  # a rank may not see the boundary that a ghost lies on
+                exchanges[0].update(value)
+            return value
 
         def loads(time: float | None) -> np.ndarray:
             now: Any = load(0.0 if time is None else time) if callable(load) else first
@@ -116,8 +122,22 @@ class Support:
         system = constrained(self.body.space, A, loads, fixed, values, node_of, mass, damping)
         system.prolongations = self._prolongations(chosen)
         system.varies = bool(moving) or callable(load)
-        system.body, system.stress = self.body, stress
+        system.body, system.stress, system.exchanges = self.body, stress, exchanges
+        if shared is not None:
+            system.ids = [ids[shared.order(level)] for level, ids in enumerate(shared.ids)]
         return system
+
+    def _numbering(self) -> tuple[np.ndarray, np.ndarray]:
+        """Node of the system of each node of the body, and a node of the body of each of the system."""
+        if self.body.shared is None:
+            return _collapse(len(self.value), self.platens)
+        if self.platens:
+            raise ValueError(
+                f"Platens are not shared among ranks yet, and here are {self.body.shared.comm.size}; "
+                "fix the boundary instead, or run on one rank."
+            )
+        order = self.body.shared.order(0)
+        return np.argsort(order), order
 
     def _prescribe(self, nodes: np.ndarray, components: Sequence[Value | None], where: str) -> Support:
         dim = self.body.dim
@@ -142,6 +162,11 @@ class Support:
         A node of the platen that is new on its mesh is the mean of coarse nodes of the platen, so its row
         collapses to a weight of 1 on the coarse platen by itself.
         """
+        shared = self.body.shared
+        if shared is not None:
+            orders = [shared.order(level) for level in range(len(shared.ids))]
+            between = zip(self.body.prolongations, orders, orders[1:])
+            return [narrow(sparse.csr_array(P[fine][:, coarse])) for P, fine, coarse in between]
         reduced = []
         tied = self.platens
         for P in self.body.prolongations if tied else []:

@@ -59,6 +59,9 @@ class System:
     space : dolfinx function space of the displacement
     varies : whether load or prescribed displacements depend on time
     elastic : the `Hyperelasticity` of a system of finite strain, of which A is the tangent at rest; else None
+    exchanges, ids : where many ranks share the mesh, of each mesh, finest first: the exchange of values, and
+        the numbers of the nodes that all ranks agree on. Nodes of the system are then those that this rank
+        owns, followed by those that it holds a copy of, whose rows are not complete.
     """
 
     A: sparse.bsr_array
@@ -74,6 +77,8 @@ class System:
     body: Body | None = None
     stress: Callable[[np.ndarray], np.ndarray] | None = None
     elastic: Any = None
+    exchanges: Sequence[Any] = ()
+    ids: Sequence[np.ndarray] = ()
     _loads: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _values: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _eliminated: dict[str, Eliminated] = field(default_factory=dict, repr=False)
@@ -374,7 +379,7 @@ def constrained(
     """
     R, dim = fixed.shape
     N = R if node_of is None else len(node_of)
-    tied = node_of is not None and N > R
+    tied = node_of is not None and not np.array_equal(node_of, np.arange(N))
     node_of = np.arange(N) if node_of is None else node_of
     held = np.flatnonzero((np.bincount(node_of) > 1)[node_of] | fixed.any(axis=1)[node_of])
     motions = _rigid_motions(node_positions(space))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
@@ -13,7 +14,10 @@ from geometry import compat  # before dolfinx
 from dolfinx import fem  # isort: skip
 from dolfinx import mesh as dolfinx_mesh  # isort: skip
 
+from mpi4py import MPI  # isort: skip
+
 from geometry.grid import LOCAL_FACETS, Grid, number_rows
+from geometry.partition import Shared, partition
 
 KINDS = {
     dolfinx_mesh.CellType.triangle: "triangle",
@@ -52,13 +56,14 @@ class Body:
         regions: Mapping[str, np.ndarray] | None = None,
         prolongations: Sequence[sparse.csr_array] = (),
         node_sets: Mapping[str, np.ndarray] | None = None,
+        shared: Shared | None = None,
     ):
         if mesh.topology.cell_type not in KINDS:
             raise ValueError(
                 f"Cells of type {mesh.topology.cell_type.name} cannot be used; "
                 "use triangles, quadrilaterals, tetrahedra or hexahedra."
             )
-        self.mesh = mesh
+        self.mesh, self.shared = mesh, shared
         self.cell = KINDS[mesh.topology.cell_type]
         self.dim = mesh.topology.dim
         self.coordinates = np.ascontiguousarray(mesh.geometry.x[:, : self.dim])
@@ -71,13 +76,18 @@ class Body:
         self._name({name: np.asarray(rows) for name, rows in facets.items()})
 
     @classmethod
-    def from_grid(cls, grid: Grid, refinements: int = 0, triangles: bool = False) -> Body:
+    def from_grid(
+        cls, grid: Grid, refinements: int = 0, triangles: bool = False, comm: Any = MPI.COMM_WORLD
+    ) -> Body:
         """Make the body of a grid, refined uniformly so many times.
 
         With `triangles`, the quadrilaterals of the finest mesh are then cut in four triangles each.
 
         The nodes of the coarser meshes are numbered in the order in which they appear on the finest, so that
         neighbours stay near each other in memory on every level.
+
+        On several ranks of `comm` the cells of the grid, the same on all, are shared out, and refined where
+        they are; each rank then holds its own and those that touch them.
 
         Raises
         ------
@@ -86,12 +96,16 @@ class Body:
         """
         check_grid(grid)
         transfers = []
-        for _ in range(refinements):
-            grid, transfer = grid.refine()
+        if comm.size > len(grid.cells):
+            raise ValueError(
+                f"The coarsest mesh has {len(grid.cells)} cells for {comm.size} ranks; refine it, or take fewer."
+            )
+        parts: list[Any] = [grid if comm.size == 1 else partition(grid, comm)]
+        for number in range(refinements + triangles):
+            part, transfer = parts[-1].refine() if number < refinements else parts[-1].crossed()
+            parts.append(part)
             transfers.append(transfer)
-        if triangles:
-            grid, transfer = grid.crossed()
-            transfers.append(transfer)
+        grid = parts[-1] if comm.size == 1 else parts[-1].grid
         if transfers:
             check_orientation(grid)
 
@@ -102,17 +116,27 @@ class Body:
         cell_of[mesh.topology.original_cell_index] = np.arange(len(grid.cells))
 
         prolongations = []
-        order = np.argsort(node_of)  # point of the grid at each node
+        orders = [np.argsort(node_of)]  # point of the grid at each node
         for transfer in reversed(transfers):
-            coarse = order[order < transfer.shape[1]]
+            order = orders[-1]
+            coarse = _coarse_points(transfer, order)
             prolongations.append(narrow(transfer[order][:, coarse]))
-            order = coarse
+            orders.append(coarse)
+        shared = None
+        if comm.size > 1:
+            levels = list(zip(reversed(parts), orders))
+            shared = Shared(
+                comm,
+                [part.ids[order] for part, order in levels],
+                [part.owner[order] for part, order in levels],
+            )
         return cls(
             mesh,
             {name: node_of[rows] for name, rows in grid.facets.items()},
             {name: np.sort(cell_of[cells]) for name, cells in grid.regions.items()},
             prolongations,
             {name: np.sort(node_of[points]) for name, points in grid.node_sets.items()},
+            shared,
         )
 
     def mark(self, name: str, where: Callable[[np.ndarray], np.ndarray]) -> Body:
@@ -204,8 +228,22 @@ class Body:
         return name
 
     def nearest_node(self, point: Sequence[float]) -> int:
-        """Return the node nearest to a point."""
-        return int(np.argmin(np.sum((self.coordinates - np.asarray(point)) ** 2, axis=1)))
+        """Return the node nearest to a point; on several ranks -1 where it is not held."""
+        square = np.sum((self.coordinates - np.asarray(point)) ** 2, axis=1)
+        nearest = int(np.argmin(square))
+        if self.shared is None:
+            return nearest
+        ids = self.shared.ids[0]
+        chosen = min(self.shared.comm.allgather((float(square[nearest]), int(ids[nearest]))))[1]
+        return int(np.argmax(ids == chosen)) if np.any(ids == chosen) else -1
+
+    def total(self, values: np.ndarray) -> np.ndarray:
+        """Return the sum (k,) of nodal values (N, k), over all ranks where there are several."""
+        if self.shared is None:
+            return np.asarray(values.sum(axis=0))
+        return np.asarray(
+            self.shared.comm.allreduce(values[self.shared.owner[0] == self.shared.comm.rank].sum(axis=0))
+        )
 
     @cached_property
     def _exterior(self) -> tuple[np.ndarray, np.ndarray]:
@@ -231,7 +269,7 @@ class Body:
         start = len(exterior)
         for name, facet in facets.items():
             found = np.unique(index[number[start : start + len(facet)]])
-            if len(facet) == 0 or found[0] < 0:
+            if (len(facet) == 0 and self.shared is None) or np.any(found < 0):
                 raise ValueError(
                     f"The boundary {name!r} is empty or has facets inside the body; name outer facets only."
                 )
@@ -257,6 +295,13 @@ class Body:
         return names, dolfinx_mesh.meshtags(
             self.mesh, self.dim - 1, facets.astype(np.int32), values.astype(np.int32)
         )
+
+
+def _coarse_points(transfer: sparse.csr_array, order: np.ndarray) -> np.ndarray:
+    """Points of the coarser mesh in the order in which the finer one has them; the others after them."""
+    copies = order[np.diff(transfer.indptr)[order] == 1]
+    first = transfer.indices[transfer.indptr[copies]]
+    return np.concatenate([first, np.setdiff1d(np.arange(transfer.shape[1]), first)])
 
 
 def _listed(name: str | Sequence[str]) -> list[str]:

@@ -9,12 +9,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sparse
 
+from geometry.exchange import Exchange
 from geometry.grid import Grid, number_rows
+
+
+class Shared(NamedTuple):
+    """Which nodes of nested meshes, finest first, many ranks have in common.
+
+    `ids` and `owner` (N,) of each mesh: number and rank of the nodes this rank holds.
+    """
+
+    comm: Any
+    ids: list[np.ndarray]
+    owner: list[np.ndarray]
+
+    def order(self, level: int) -> np.ndarray:
+        """Nodes held here, its own before the others (ghosts)."""
+        return np.argsort(self.owner[level] != self.comm.rank, kind="stable")
+
+    def exchange(self, level: int) -> Exchange:
+        """Return the exchange of values in that order; collective."""
+        order = self.order(level)
+        ids, owner = self.ids[level][order], self.owner[level][order]
+        return Exchange(self.comm, shared_nodes(ids, owner, self.comm), int(np.sum(owner == self.comm.rank)))
 
 
 @dataclass
@@ -52,7 +74,14 @@ class Part:
         transfer : (N_fine, N)
             Weights, as those of `Grid.refine`, between the points this rank holds.
         """
-        finer, transfer = self.grid.refine()
+        return self._of_children(*self.grid.refine())
+
+    def crossed(self) -> tuple[Part, sparse.csr_array]:
+        """Cut each quadrilateral in four triangles, as `Grid.crossed` does; collective."""
+        return self._of_children(*self.grid.crossed())
+
+    def _of_children(self, finer: Grid, transfer: sparse.csr_array) -> tuple[Part, sparse.csr_array]:
+        """Share out what the cells held here have been cut into."""
         cell_owner = np.repeat(self.cell_owner, len(finer.cells) // max(len(self.grid.cells), 1))
         points, cells, mine = neighbourhood(finer.cells, cell_owner, self.comm.rank, len(finer.points))
         finer, transfer = restricted(finer, points, cells), sparse.csr_array(transfer[points])
@@ -67,7 +96,7 @@ class Part:
         owned = np.flatnonzero(~old & (owner == self.comm.rank))
         counts = self.comm.allgather(owned.size)
         ids[owned] = self.count + sum(counts[: self.comm.rank]) + np.arange(owned.size)
-        # A rank knows the owners of points around its own cells, not their numbers; a cell's owner knows both.
+        # Around its own cells a rank knows a point's owner, not its number; a cell's owner knows both.
         shared = np.flatnonzero(mine & ~old & (owner != self.comm.rank))
         ids[shared] = self._ask(owner[shared], keys[shared], keys[owned], ids[owned, None])[:, 0]
         beyond = np.flatnonzero(~mine & ~old)

@@ -12,7 +12,6 @@ import numpy as np
 from scipy.sparse import bsr_array, csr_array
 
 from model.node_loop.blocks import BlockMatrix, defect, gauss_seidel, generalised_inverses, node_order
-from model.ranks.exchange import Exchange
 from model.solvers.galerkin_coarsening import galerkin_pattern, nodal_prolongation, transfers, transposed
 
 
@@ -23,12 +22,12 @@ class SharedLevel:
     ----------
     A : BlockMatrix
         Rows of the owned nodes, columns of all nodes held here.
-    exchange : Exchange
+    exchange : geometry.exchange.Exchange
     nodes : int
         Nodes held here, ghosts counted.
     """
 
-    def __init__(self, A: BlockMatrix, exchange: Exchange, nodes: int):
+    def __init__(self, A: BlockMatrix, exchange: Any, nodes: int):
         self.A, self.exchange, self.nodes, self.d = A, exchange, nodes, A.data.shape[1]
         self.inverse = np.zeros((exchange.owned, self.d, self.d))
         self.rows = np.repeat(np.arange(exchange.owned), np.diff(A.indptr).astype(np.int64))
@@ -51,13 +50,13 @@ class SharedLevel:
         D[:, np.arange(self.d), np.arange(self.d)] += 0.5 * sizes
         generalised_inverses(D, np.arange(len(D)), self.inverse)
 
-    def coarsen(self, weights: csr_array, exchange: Exchange, ids: np.ndarray) -> "SharedLevel":
+    def coarsen(self, weights: csr_array, exchange: Any, ids: np.ndarray) -> "SharedLevel":
         """Set the way to the next coarser mesh and return that.
 
         Parameters
         ----------
         weights : (nodes, coarse nodes)
-        exchange : Exchange
+        exchange : geometry.exchange.Exchange
             Of the coarse mesh.
         ids : (coarse nodes,)
             Numbers that all ranks agree on.
@@ -97,12 +96,12 @@ class Gathered:
     ----------
     rows, columns : (m,)
         Nodes of the entries that this rank computes, ghost rows too.
-    exchange : Exchange
+    exchange : geometry.exchange.Exchange
     ids : (nodes,)
         Numbers that all ranks agree on.
     """
 
-    def __init__(self, rows: np.ndarray, columns: np.ndarray, exchange: Exchange, ids: np.ndarray):
+    def __init__(self, rows: np.ndarray, columns: np.ndarray, exchange: Any, ids: np.ndarray):
         comm, owned = exchange.comm, exchange.owned
         self.comm = comm
         self.sent: list[tuple[int, np.ndarray]] = []
@@ -194,7 +193,7 @@ class SharedCycle:
     finest : SharedLevel
     prolongations : sequence of csr_array
         Between the nodes held here, finest first.
-    exchanges : sequence of Exchange
+    exchanges : sequence of geometry.exchange.Exchange
         Of the coarser meshes.
     ids : sequence of (nodes,)
         Numbers of the coarser meshes' nodes that all ranks agree on.
@@ -204,7 +203,7 @@ class SharedCycle:
         self,
         finest: SharedLevel,
         prolongations: Sequence[csr_array],
-        exchanges: Sequence[Exchange],
+        exchanges: Sequence[Any],
         ids: Sequence[np.ndarray],
     ):
         self.levels = [finest]
