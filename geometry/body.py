@@ -98,7 +98,7 @@ class Body:
         transfers = []
         if comm.size > len(grid.cells):
             raise ValueError(
-                f"The coarsest mesh has {len(grid.cells)} cells for {comm.size} ranks; refine it, or take fewer."
+                f"The coarsest mesh has {len(grid.cells)} cells for {comm.size} ranks; use fewer ranks."
             )
         parts: list[Any] = [grid if comm.size == 1 else partition(grid, comm)]
         for number in range(refinements + triangles):

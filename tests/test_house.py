@@ -22,7 +22,14 @@ ROOMS = {
     "model.problem": {"model.node_loop"},
     "model.solvers": {"model.node_loop", "model.problem"},
     "model.curved": {"model.node_loop"},
-    "model.quasistatics": {"model.node_loop", "model.problem", "model.solvers", "model.curved"},
+    "model.ranks": {"model.node_loop", "model.problem", "model.solvers"},
+    "model.quasistatics": {
+        "model.node_loop",
+        "model.problem",
+        "model.solvers",
+        "model.curved",
+        "model.ranks",
+    },
     "model.dynamics": {
         "model.node_loop",
         "model.problem",
@@ -38,7 +45,7 @@ ROOMS = {
         "model.dynamics",
     },
     "model.recording": {"model.node_loop", "model.solvers", "model.dynamics"},
-    "model.results": {"model.node_loop", "model.problem", "model.solvers"},
+    "model.results": {"model.node_loop", "model.problem", "model.solvers", "model.ranks"},
     "model.figures": {"model.node_loop", "model.recording", "model.results"},
 }
 PACKAGES = {"geometry", "forms", "model"}

@@ -139,7 +139,7 @@ def backward_sweep(size: int) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweep(A, inverse, load, u):
-        r, nodes = np.empty(size), u.shape[0]
+        r, nodes = np.empty(size), A.indptr.size - 1
         for passed in range(nodes):
             i = nodes - 1 - passed
             if size == 2:
@@ -166,7 +166,7 @@ def sweep_from_zero(size: int) -> Any:
     def sweep(A, middle, inverse, r, z, rest):
         row = np.empty(size)
         z[:] = 0.0
-        for i in range(z.shape[0]):
+        for i in range(A.indptr.size - 1):
             begin, after = A.indptr[i], middle[i] + np.uint64(1)
             if size == 2:
                 row_defect_2(A, begin, A.indptr[i + 1], r, z, i, row)

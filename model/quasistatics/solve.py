@@ -9,6 +9,8 @@ import numpy as np
 from model.problem.contact_problem import ContactProblem
 from model.quasistatics import load_stepping
 from model.quasistatics.curved_contact import CurvedContact
+from model.ranks.shared_problem import SharedProblem
+from model.ranks.shared_solver import SharedSolver
 from model.solvers.contact_solver import ContactSolver, Solution
 
 OF_SOLVER = ("order", "progress")
@@ -88,7 +90,7 @@ def solve(
     if isinstance(contact, ContactProblem):
         return ContactSolver(contact, correction, **made).solve(tolerance=tolerance, **options)
     problem = replace(contact.problem, b=contact.system.load_at(time))
-    solver = ContactSolver(problem, correction, **made)
+    solver = _solver(problem, contact.road, correction, **made)
     road = contact.road
     if hasattr(road, "at"):
         road = road.at(0.0 if time is None else time)
@@ -150,7 +152,7 @@ def follow(
         solver = ContactSolver(contact, correction, **made)
         yield from load_stepping.follow(solver, steps, tolerance, **options)
         return
-    solver, road = ContactSolver(contact.problem, correction, **made), contact.road
+    solver, road = _solver(contact.problem, contact.road, correction, **made), contact.road
     times: list[float | None] = []
     if getattr(road, "flat", False):
         loads = (load for _, load in _loads(contact, steps, times))
@@ -162,6 +164,23 @@ def follow(
     for solution in path:
         contact.look(solution)
         yield replace(solution, time=times[-1])
+
+
+def _solver(problem: Any, road: Any, correction: str, **options: Any) -> Any:
+    """Return the solver of a problem on one rank, or shared by many."""
+    if not isinstance(problem, SharedProblem):
+        return ContactSolver(problem, correction, **options)
+    if correction not in ("auto", "multigrid") or not problem.prolongations:
+        raise ValueError(
+            f"On several ranks the correction is multigrid on nested meshes, not {correction!r}; "
+            "use Body.from_grid(grid, refinements), or one rank."
+        )
+    if not getattr(road, "flat", False) or hasattr(road, "at") or options.pop("order", None) is not None:
+        raise ValueError(
+            "On several ranks the road is a plane at rest and nodes are visited in their order; "
+            "run other scenes on one rank."
+        )
+    return SharedSolver(problem, **options)
 
 
 def _loads(

@@ -9,9 +9,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numba import njit
 from scipy.sparse import bsr_array, csr_array
 
-from model.node_loop.blocks import BlockMatrix, defect, gauss_seidel, generalised_inverses, node_order
+from model.node_loop.blocks import BlockMatrix, backward_sweep, generalised_inverses, sweep_from_zero
 from model.solvers.galerkin_coarsening import galerkin_pattern, nodal_prolongation, transfers, transposed
 
 
@@ -31,10 +32,8 @@ class SharedLevel:
         self.A, self.exchange, self.nodes, self.d = A, exchange, nodes, A.data.shape[1]
         self.inverse = np.zeros((exchange.owned, self.d, self.d))
         self.rows = np.repeat(np.arange(exchange.owned), np.diff(A.indptr).astype(np.int64))
-        self.middle = np.flatnonzero(self.rows == A.indices)
+        self.middle = np.flatnonzero(self.rows == A.indices).astype(np.uint64)
         self.ghost = np.flatnonzero(A.indices >= exchange.owned)
-        self.forward = node_order(None, exchange.owned)
-        self.backward = self.forward[::-1].copy()
         self.z, self.rest, self.load = (np.zeros((nodes, self.d)) for _ in range(3))
         self.invert()
 
@@ -83,10 +82,28 @@ class SharedLevel:
         self._gathered.sum(self.product.data, self.coarser.A.data)
         self.coarser.invert()
 
-    def smooth(self, r: np.ndarray, order: np.ndarray) -> None:
-        """Sweep over the owned rows for A z = r, and tell the others; collective."""
-        gauss_seidel(self.d)(self.A, self.inverse, r, self.z, order)
+    def sweep_from_zero(self, r: np.ndarray) -> None:
+        """Sweep over the owned rows for A z = r from z = 0, and find the defect `rest`; collective."""
+        sweep_from_zero(self.d)(self.A, self.middle, self.inverse, r, self.z, self.rest)
         self.exchange.update(self.z)
+        subtract_ghosts(self.A, self.rows[self.ghost], self.ghost, self.z, self.rest)
+
+    def backward_sweep(self, r: np.ndarray) -> None:
+        """Sweep backwards over the owned rows for A z = r; collective."""
+        self.exchange.update(self.z)
+        backward_sweep(self.d)(self.A, self.inverse, r, self.z)
+        self.exchange.update(self.z)
+
+
+@njit(cache=True, error_model="numpy")
+def subtract_ghosts(A, rows, entries, z, r):
+    """Do r -= A z for the given entries of A, of the given rows."""
+    d = z.shape[1]
+    for m in range(rows.size):
+        k = entries[m]
+        for a in range(d):
+            for b in range(d):
+                r[rows[m], a] -= A.data[k, a, b] * z[A.indices[k], b]
 
 
 class Gathered:
@@ -229,12 +246,10 @@ class SharedCycle:
         if number == len(self.levels) - 1:
             self.coarsest.solve(r, level.z)
             return level.z
-        coarser, owned = self.levels[number + 1], level.exchange.owned
-        level.z[:] = 0.0
-        level.smooth(r, level.forward)
-        defect(level.d)(level.A, r, level.z, level.rest[:owned])
+        coarser = self.levels[number + 1]
+        level.sweep_from_zero(r)
         level.transfers.restrict(level.P, level.children, level.rest, coarser.load)
         coarser.exchange.add(coarser.load)
         level.transfers.prolong(level.P, self(coarser.load, number + 1), level.z)
-        level.smooth(r, level.backward)
+        level.backward_sweep(r)
         return level.z

@@ -14,6 +14,7 @@ import numpy as np
 from model.node_loop.friction_laws import FrictionLaw
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
+from model.ranks.shared_problem import SharedProblem
 from model.results.reactions import Balance, balance
 from model.results.road_surface import write_road
 
@@ -89,24 +90,25 @@ class BodyOnRoad:
         points = system.points[nodes]
         gap, normal, _ = road_at(road).closest(points)
         near = np.full(nodes.size, True) if reach is None else gap <= reach
-        if not near.any():
+        exchange = system.exchanges[0] if system.exchanges else None
+        if exchange is not None:
+            near &= system.node_of[nodes] < exchange.owned
+        if not (near.any() if exchange is None else exchange.any(near.any())):
             raise ValueError(
                 f"No node of {facets!r} is within {reach} of the road, the nearest is {gap.min():g} away; "
                 "give a larger reach or bring body and road together."
             )
         self.system, self.road = system, road
         self.nodes, self.points, self.area = nodes[near], points[near], area[near]
-        self.problem = ContactProblem(
-            system.A,
-            system.load,
-            system.coordinates,
-            system.node_of[self.nodes],
-            normal[near],
-            gap[near],
-            friction,
-            prolongations=system.prolongations,
-            interference=interference,
-        )
+        of_system, places = (system.A, system.load, system.coordinates), system.node_of[self.nodes]
+        arrays = (*of_system, places, normal[near], gap[near], friction)
+        self.problem: Any
+        if exchange is None:
+            self.problem = ContactProblem(
+                *arrays, prolongations=system.prolongations, interference=interference
+            )
+        else:
+            self.problem = SharedProblem(*arrays, system.prolongations, system.exchanges, system.ids)
 
     @property
     def mesh(self) -> Any:

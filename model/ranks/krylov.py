@@ -1,0 +1,87 @@
+"""Krylov methods whose inner products are the caller's, for vectors that many ranks share."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+Operator = Callable[[np.ndarray], np.ndarray]
+Product = Callable[[np.ndarray, np.ndarray], float]
+
+
+def conjugate_gradients(
+    A: Operator, precondition: Operator, r: np.ndarray, wanted: float, limit: int, dot: Product
+) -> tuple[np.ndarray, int]:
+    """Solve A x = r, with A and its preconditioner symmetric.
+
+    Parameters
+    ----------
+    A, precondition : functions of a vector; what they return may be overwritten by their next call
+    r : array
+        Right-hand side; becomes the defect.
+    wanted : float
+        Norm of the defect at which to stop.
+    limit : int
+        Iterations at most.
+    dot : function of two vectors
+
+    Returns
+    -------
+    x : array
+    count : int
+
+    Examples
+    --------
+    >>> x, count = conjugate_gradients(lambda v: 2 * v, lambda v: v, np.ones(3), 1e-12, 5, np.dot)
+    >>> x, count
+    (array([0.5, 0.5, 0.5]), 1)
+    """
+    x, direction, before, count = np.zeros_like(r), np.zeros_like(r), 1.0, 0
+    while count < limit:
+        z = precondition(r)
+        count += 1
+        power = dot(r, z)
+        if power <= 0.0:  # nothing is missing
+            break
+        direction *= power / before
+        direction += z
+        before = power
+        product = A(direction)
+        alpha = power / dot(direction, product)
+        x += alpha * direction
+        r -= alpha * product
+        if np.sqrt(dot(r, r)) <= wanted:
+            break
+    return x, count
+
+
+def flexible_gmres(
+    A: Operator, precondition: Operator, r: np.ndarray, wanted: float, limit: int, dot: Product
+) -> tuple[np.ndarray, int]:
+    """Solve A x = r; arguments and result as of `conjugate_gradients` (Saad 1993).
+
+    Examples
+    --------
+    >>> turn = np.array([[1.0, -1.0], [1.0, 1.0]])
+    >>> x, count = flexible_gmres(lambda v: turn @ v, lambda v: v, np.array([2.0, 0.0]), 1e-12, 5, np.dot)
+    >>> x.round(12), count
+    (array([ 1., -1.]), 2)
+    """
+    size = np.sqrt(dot(r, r))
+    if size == 0.0:
+        return np.zeros_like(r), 0
+    basis, directions = [r / size], []
+    H = np.zeros((limit + 1, limit))
+    for count in range(1, limit + 1):
+        directions.append(precondition(basis[-1]).copy())
+        w = A(directions[-1]).copy()
+        for k, v in enumerate(basis):
+            H[k, count - 1] = dot(w, v)
+            w -= H[k, count - 1] * v
+        H[count, count - 1] = np.sqrt(dot(w, w))
+        goal = np.zeros(count + 1)
+        goal[0] = size
+        y = np.linalg.lstsq(H[: count + 1, :count], goal, rcond=None)[0]
+        if np.linalg.norm(H[: count + 1, :count] @ y - goal) <= wanted or H[count, count - 1] == 0.0:
+            break
+        basis.append(w / H[count, count - 1])
+    return sum(a * z for a, z in zip(y, directions)), count

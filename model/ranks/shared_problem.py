@@ -1,0 +1,87 @@
+"""The discrete contact problem of which each rank holds some rows."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.sparse import bsr_array
+
+from model.node_loop.friction_laws import FrictionLaw, coulomb
+from model.problem.contact_problem import shaped
+
+
+@dataclass(frozen=True)
+class SharedProblem:
+    """As `ContactProblem`, of the nodes that one rank owns and those of others that it sees (ghosts).
+
+    Parameters
+    ----------
+    A : sparse (N d, N d)
+        Only the rows of the owned nodes count; they come first.
+    b : (N, d)
+        Likewise.
+    coordinates : (N, d)
+    contact_nodes : (n,)
+        Candidates that this rank owns; none on some ranks, but not on all.
+    normal, gap, friction
+        As for `ContactProblem`.
+    prolongations : sequence of sparse
+        Between the nodes held here, finest first.
+    exchanges, ids : sequences
+        Of each mesh, finest first: the exchange of values (`geometry.exchange.Exchange`), and the numbers
+        (N,) of the nodes that all ranks agree on.
+
+    Raises
+    ------
+    ValueError
+        If a candidate starts below the road, values are not finite, or shapes do not agree; on all ranks.
+    """
+
+    A: Any
+    b: np.ndarray
+    coordinates: np.ndarray
+    contact_nodes: np.ndarray
+    normal: np.ndarray
+    gap: np.ndarray
+    friction: Any
+    prolongations: Any
+    exchanges: Any
+    ids: Any
+
+    def __post_init__(self) -> None:
+        """Check at the door, and tell every rank what is wrong on one."""
+        exchange, (N, d), n = self.exchanges[0], self.coordinates.shape, self.contact_nodes.size
+        trouble = ""
+        try:
+            A = bsr_array(self.A, blocksize=(d, d))
+            A = bsr_array(A.tocsr()[: exchange.owned * d], blocksize=(d, d))
+            A.sort_indices()
+            object.__setattr__(self, "A", A)
+            object.__setattr__(self, "b", shaped("b", self.b, (N, d))[: exchange.owned])
+            object.__setattr__(self, "normal", shaped("normal", self.normal, (n, d)))
+            object.__setattr__(self, "gap", self.checked_gap(self.gap))
+            if self.friction is not None and not isinstance(self.friction, FrictionLaw):
+                object.__setattr__(self, "friction", coulomb(self.friction))
+        except ValueError as error:
+            trouble = str(error)
+        self.raise_on_all(trouble)
+        if exchange.sum(n) == 0:
+            raise ValueError("No rank has a candidate, but a contact problem needs at least one.")
+
+    def checked_gap(self, gap: np.ndarray) -> np.ndarray:
+        """Return `gap` (n,) with rounding errors below zero cut off, or refuse it (ValueError)."""
+        gap = shaped("gap", gap, (self.contact_nodes.size,))
+        size = np.abs(self.coordinates).max() + np.ptp(self.coordinates, axis=0).max()
+        if gap.size and gap.min() < -1e-12 * size:
+            where = self.coordinates[self.contact_nodes[np.argmin(gap)]]
+            raise ValueError(
+                f"The node at {where} starts {-gap.min():g} below the road; "
+                "move the body or the road so that every gap is >= 0."
+            )
+        return np.maximum(gap, 0.0)
+
+    def raise_on_all(self, trouble: str) -> None:
+        """Raise a ValueError on every rank if any is in trouble; collective."""
+        said = next((s for s in self.exchanges[0].comm.allgather(trouble) if s), "")
+        if said:
+            raise ValueError(said)

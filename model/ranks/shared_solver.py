@@ -1,0 +1,226 @@
+"""The contact loop and truncated multigrid on many ranks."""
+
+from resource import RUSAGE_SELF, getrusage
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from model.checks import positive
+from model.node_loop.blocks import block_matrix, defect
+from model.node_loop.node_loop import NodeLoop, length, place_on_road, stop_slip_that_turned
+from model.node_loop.status import Status
+from model.problem.contact_problem import shaped
+from model.ranks.krylov import conjugate_gradients, flexible_gmres
+from model.ranks.shared_levels import SharedCycle, SharedLevel
+from model.ranks.shared_problem import SharedProblem
+from model.solvers.contact_solver import Solution
+from model.solvers.convergence_record import Record
+from model.solvers.truncated_multigrid import free_directions, slip_force_by_pressure
+
+KRYLOV = 30  # cycles in one correction at most
+PATIENCE = 25  # rounds in which the residual need not fall
+
+
+class SharedLoop(NodeLoop):
+    """The node loop within the rows of one rank; after each sweep the ranks tell each other.
+
+    The nodes of other ranks stand still in the meantime, which is Gauss-Seidel within and Jacobi between
+    the ranks.
+    """
+
+    def __init__(self, problem: SharedProblem):
+        super().__init__(block_matrix(problem.A), problem.contact_nodes, problem.normal, problem.friction)
+        self.exchange = problem.exchanges[0]
+        self.nodes_held = len(problem.coordinates)
+
+    def set_load(self, b: np.ndarray, gap: np.ndarray, reference: Any = None, state: Any = None) -> None:
+        """Set what changes from step to step; collective."""
+        super().set_load(b, gap, reference, state)
+        self.load_size = self._norm(self.load_size)
+
+    def start(self, u: np.ndarray, status: np.ndarray | None = None) -> np.ndarray:
+        """Make `u` (nodes held, d) admissible in place; collective."""
+        status = super().start(u[: self.exchange.owned], status)
+        self.exchange.update(u)
+        return status
+
+    def sweep(self, u: np.ndarray, status: np.ndarray, count: int = 1) -> None:
+        """Sweep `count` times; collective."""
+        for _ in range(count):
+            super().sweep(u, status)
+            self.exchange.update(u)
+
+    def residual(self, u: np.ndarray, status: np.ndarray) -> float:
+        """Natural residual of `u` (nodes held, d) on all ranks; collective."""
+        super().residual(u, status)
+        missing, force = self._norm(length(self.R)), self._norm(length(self.force))
+        return 0.0 if missing == 0.0 else missing / (self.load_size + force or missing)
+
+    def _norm(self, size: float) -> float:
+        """Norm of a vector of which each rank knows the norm of its part."""
+        return float(np.sqrt(self.exchange.sum(size**2)))
+
+
+class SharedSolver:
+    """Solves one shared contact problem for any loads, gaps and stick positions.
+
+    Rounds of one sweep of the node loop, which decides contact, stick and slip, and a correction by
+    conjugate gradients with V-cycles for the unknowns that are linear at present, as `Multigrid` on one
+    rank.
+
+    Parameters
+    ----------
+    problem : SharedProblem
+    progress : bool
+        Show a bar on rank 0.
+    """
+
+    name = "multigrid"
+
+    def __init__(self, problem: SharedProblem, progress: bool = True):
+        began = perf_counter()
+        self.problem, self.exchange = problem, problem.exchanges[0]
+        self.progress = progress and self.exchange.comm.rank == 0
+        self.loop = SharedLoop(problem)
+        N, d = problem.coordinates.shape
+        finest = SharedLevel(self.loop.A, self.exchange, N)
+        self.fixed = np.zeros((N, d))
+        self.fixed[: self.exchange.owned] = self.loop.uncoupled
+        self.exchange.update(self.fixed)
+        self.cycle = SharedCycle(finest, problem.prolongations, problem.exchanges[1:], problem.ids[1:])
+        self.projectors = np.zeros((N, d, d))
+        self.status: np.ndarray | None = None
+        self.state = np.zeros(problem.contact_nodes.size)
+        self.setup_seconds = perf_counter() - began
+
+    def solve(
+        self,
+        b: np.ndarray | None = None,
+        gap: np.ndarray | None = None,
+        tangential_reference: np.ndarray | None = None,
+        start: np.ndarray | None = None,
+        start_status: np.ndarray | None = None,
+        tolerance: float = 1e-10,
+        limit: int = 1000,
+    ) -> Solution:
+        """Solve for one load; collective. Arguments and result as of `ContactSolver.solve`.
+
+        Raises
+        ------
+        NotConverged
+            On all ranks.
+        ValueError
+            If an argument is not finite or does not fit, or a node starts below the road; on all ranks.
+        """
+        began = perf_counter()
+        problem, loop, owned = self.problem, self.loop, self.exchange.owned
+        N, d = problem.coordinates.shape
+        positive(tolerance=tolerance, limit=limit)
+        trouble = ""
+        try:
+            b = problem.b if b is None else shaped("b", b, (N, d))[:owned]
+            gap = problem.gap if gap is None else problem.checked_gap(gap)
+            wanted = np.zeros(loop.force.shape) if tangential_reference is None else tangential_reference
+            reference = shaped("tangential_reference", wanted, loop.force.shape)
+            u = np.zeros((N, d)) if start is None else shaped("start", start, (N, d)).copy()
+        except ValueError as error:
+            trouble = str(error)
+        problem.raise_on_all(trouble)
+        loop.set_load(b, gap, reference, self.state)
+        status = loop.start(u, start_status)
+        first = loop.sweeps
+        record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
+        self._rounds(u, status, record)
+        seconds = perf_counter() - began
+        return Solution(
+            displacement=u,
+            contact_force=loop.force.copy(),
+            pressure_force=np.maximum(np.einsum("ca,ca->c", loop.frame[:, 0], loop.force), 0.0),
+            gap=loop.gaps(u, status),
+            status=status,
+            residual=record.history[-1],
+            history=np.array(record.history),
+            correction=self.name,
+            sweeps=loop.sweeps - first,
+            cycles=record.cycles,
+            work_units=seconds / (loop.seconds_of_passes / loop.passes),
+            seconds=seconds,
+            setup_seconds=self.setup_seconds,
+            peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
+        )
+
+    def _rounds(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
+        """Sweep and correct until the natural residual is below the tolerance; collective."""
+        loop, exchange = self.loop, self.exchange
+        steady, turned = 0, False
+        while True:
+            if not turned:
+                loop.sweep(u, status)
+            if record.finished(loop.residual(u, status)):
+                return
+            steady = 0 if self._truncate(status) else steady + 1
+            scale = loop.load_size + np.sqrt(exchange.sum(float(np.vdot(loop.force, loop.force))))
+            R = np.zeros_like(u)
+            R[: exchange.owned] = loop.R
+            self._project(R)
+            missing = np.sqrt(exchange.dot(R, R))
+            wanted = max(0.1 * missing if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
+            x, cycles = self._correction(R, wanted, u, status)
+            record.cycles += cycles
+            u += x
+            turned = loop.friction is not None and stop_slip_that_turned(loop, u, status)
+            turned = exchange.any(turned)
+            place_on_road(loop, u, status)
+            exchange.update(u)
+
+    def _correction(
+        self, R: np.ndarray, wanted: float, u: np.ndarray, status: np.ndarray
+    ) -> tuple[np.ndarray, int]:
+        """Solve for the unknowns that are linear at present; collective."""
+        loop, exchange, owned = self.loop, self.exchange, self.exchange.owned
+        nothing, product = np.zeros_like(R), np.zeros_like(R)
+
+        def multiply(v: np.ndarray) -> np.ndarray:
+            defect(R.shape[1])(loop.A, nothing, v, product[:owned])
+            np.negative(product, out=product)
+            return product
+
+        def linear(v: np.ndarray) -> np.ndarray:
+            multiply(v)
+            self._project(product)
+            return product
+
+        slipping = np.flatnonzero(status == Status.SLIP)
+        if loop.friction is None or not exchange.any(slipping.size > 0):
+            return conjugate_gradients(linear, self.cycle, R, wanted, KRYLOV, exchange.dot)
+        nodes, normal = loop.nodes[slipping], loop.frame[slipping, 0]
+        follow = slip_force_by_pressure(loop, u, slipping)
+
+        def with_friction(v: np.ndarray) -> np.ndarray:
+            multiply(v)
+            pressure = np.einsum("ca,ca->c", normal, product[nodes])
+            self._project(product)
+            product[nodes] -= pressure[:, None] * follow
+            return product
+
+        return flexible_gmres(with_friction, self.cycle, R, wanted, KRYLOV, exchange.dot)
+
+    def _truncate(self, status: np.ndarray) -> bool:
+        """Hold the nodes as `status` says; True if that changed anything anywhere; collective."""
+        changed = self.status is None or not np.array_equal(status, self.status)
+        if not self.exchange.any(changed):
+            return False
+        loop, d = self.loop, self.projectors.shape[1]
+        self.projectors[:] = np.eye(d) * (1.0 - self.fixed)[:, :, None]
+        numbers = np.arange(status.size)
+        self.projectors[loop.nodes] = free_directions(loop, numbers, status)
+        self.exchange.update(self.projectors)
+        held = np.flatnonzero(np.abs(self.projectors - np.eye(d)).sum(axis=(1, 2)))
+        self.cycle.truncate(held, self.projectors[held])
+        self.held, self.status = held[held < self.exchange.owned], status.copy()
+        return True
+
+    def _project(self, r: np.ndarray) -> None:
+        """Zero the components of r (nodes held, d) in which owned nodes are held or prescribed."""
+        r[self.held] = np.einsum("cab,cb->ca", self.projectors[self.held], r[self.held])
