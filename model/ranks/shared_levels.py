@@ -14,6 +14,7 @@ from scipy.sparse import bsr_array, csr_array
 
 from model.node_loop.blocks import BlockMatrix, backward_sweep, generalised_inverses, sweep_from_zero
 from model.solvers.galerkin_coarsening import galerkin_pattern, nodal_prolongation, transfers, transposed
+from model.solvers.truncated_multigrid import projected_inverses
 
 
 class SharedLevel:
@@ -47,7 +48,13 @@ class SharedLevel:
         sizes = np.zeros((self.exchange.owned, self.d))
         np.add.at(sizes, self.rows[self.ghost], np.abs(self.A.data[self.ghost]).sum(axis=2))
         D[:, np.arange(self.d), np.arange(self.d)] += 0.5 * sizes
+        self.diagonal = D
         generalised_inverses(D, np.arange(len(D)), self.inverse)
+
+    def hold(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
+        """Let sweeps move owned nodes (k,) within the ranges of their projectors (k, d, d) only."""
+        generalised_inverses(self.diagonal, np.arange(len(self.diagonal)), self.inverse)
+        self.inverse[nodes] = projected_inverses(self.diagonal[nodes], projectors)
 
     def coarsen(self, weights: csr_array, exchange: Any, ids: np.ndarray) -> "SharedLevel":
         """Set the way to the next coarser mesh and return that.
@@ -166,6 +173,11 @@ class Gathered:
 class CoarsestMesh:
     """The coarsest mesh, gathered on every rank and solved there.
 
+    Attributes
+    ----------
+    number : (nodes,)
+        Number of each node held here in the gathered mesh.
+
     Parameters
     ----------
     level : SharedLevel
@@ -185,21 +197,25 @@ class CoarsestMesh:
     def solve(self, r: np.ndarray, z: np.ndarray) -> None:
         """Solve A z = r for the owned nodes and the ghosts; collective."""
         level = self.level
-        comm, owned, d = level.exchange.comm, level.exchange.owned, level.d
+        d = level.d
         if self.inverse is None:
-            rows = [self.first + level.rows, self.number[level.A.indices], level.A.data]
-            self.inverse = _inverse(comm.allgather(rows), sum(self.counts), d)
-        whole = np.concatenate(comm.allgather(r[:owned]))
+            self.inverse = np.linalg.pinv(self.matrix().toarray(), rcond=1e-12, hermitian=True)
+        whole = self.gather(r)
         z[:] = (self.inverse @ whole.ravel()).reshape(-1, d)[self.number]
 
+    def matrix(self) -> bsr_array:
+        """Return the whole matrix; collective."""
+        level, nodes = self.level, sum(self.counts)
+        own = [self.first + level.rows, self.number[level.A.indices], level.A.data]
+        rows, columns, data = (np.concatenate(x) for x in zip(*level.exchange.comm.allgather(own)))
+        order = np.lexsort((columns, rows))
+        indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=nodes))])
+        size = nodes * level.d
+        return bsr_array((data[order], columns[order], indptr), shape=(size, size))
 
-def _inverse(parts: Sequence[Any], nodes: int, d: int) -> np.ndarray:
-    """Pseudo-inverse of the matrix whose block rows lie in the parts."""
-    rows, columns, data = (np.concatenate(x) for x in zip(*parts))
-    order = np.lexsort((columns, rows))
-    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=nodes))])
-    A = bsr_array((data[order], columns[order], indptr), shape=(nodes * d, nodes * d)).toarray()
-    return np.linalg.pinv(A, rcond=1e-12, hermitian=True)
+    def gather(self, values: np.ndarray) -> np.ndarray:
+        """Return the values of all owned nodes in the order of the gathered mesh; collective."""
+        return np.concatenate(self.level.exchange.comm.allgather(values[: self.level.exchange.owned]))
 
 
 class SharedCycle:
@@ -231,6 +247,8 @@ class SharedCycle:
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d); collective."""
         finest = self.levels[0]
+        owned = nodes < finest.exchange.owned
+        finest.hold(nodes[owned], projectors[owned])
         held = np.tile(np.eye(finest.d), (finest.nodes, 1, 1))
         held[nodes] = projectors
         if len(self.levels) > 1:

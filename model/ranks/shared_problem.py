@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array
 
+from model.node_loop.blocks import BlockMatrix
 from model.node_loop.friction_laws import FrictionLaw, coulomb
 from model.problem.contact_problem import shaped
 
@@ -67,6 +68,16 @@ class SharedProblem:
         self.raise_on_all(trouble)
         if exchange.sum(n) == 0:
             raise ValueError("No rank has a candidate, but a contact problem needs at least one.")
+
+    def coarser(
+        self, A: BlockMatrix, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray
+    ) -> "SharedProblem":
+        """Return the problem on the next coarser mesh, of the rows A; loads and gaps come with each solve."""
+        N, d = coordinates.shape
+        rows = np.concatenate([A.indptr, np.full(N + 1 - A.indptr.size, A.indptr[-1])]).astype(np.int64)
+        matrix = bsr_array((A.data, A.indices.astype(np.int64), rows), shape=(N * d, N * d))
+        arrays = (matrix, np.zeros((N, d)), coordinates, nodes, normal, np.zeros(nodes.size), self.friction)
+        return SharedProblem(*arrays, self.prolongations[1:], self.exchanges[1:], self.ids[1:])
 
     def checked_gap(self, gap: np.ndarray) -> np.ndarray:
         """Return `gap` (n,) with rounding errors below zero cut off, or refuse it (ValueError)."""

@@ -1,5 +1,6 @@
 """The contact loop and truncated multigrid on many ranks."""
 
+from contextlib import suppress
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 from typing import Any
@@ -11,15 +12,16 @@ from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.node_loop import NodeLoop, length, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
 from model.problem.contact_problem import shaped
+from model.ranks.first_guess import FirstGuess
 from model.ranks.krylov import conjugate_gradients, flexible_gmres
 from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
 from model.solvers.contact_solver import Solution
-from model.solvers.convergence_record import Record
+from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.truncated_multigrid import free_directions, slip_force_by_pressure
 
+GUESSES = 30  # rounds on a coarser mesh at most
 KRYLOV = 30  # cycles in one correction at most
-PATIENCE = 25  # rounds in which the residual need not fall
 
 
 class SharedLoop(NodeLoop):
@@ -89,6 +91,7 @@ class SharedSolver:
         self.fixed[: self.exchange.owned] = self.loop.uncoupled
         self.exchange.update(self.fixed)
         self.cycle = SharedCycle(finest, problem.prolongations, problem.exchanges[1:], problem.ids[1:])
+        self.first_guess = FirstGuess(problem, finest, SharedSolver) if problem.prolongations else None
         self.projectors = np.zeros((N, d, d))
         self.status: np.ndarray | None = None
         self.state = np.zeros(problem.contact_nodes.size)
@@ -131,6 +134,8 @@ class SharedSolver:
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
+        if self.first_guess is not None:
+            self.first_guess.correct(loop, u, status)
         self._rounds(u, status, record)
         seconds = perf_counter() - began
         return Solution(
@@ -149,6 +154,20 @@ class SharedSolver:
             setup_seconds=self.setup_seconds,
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
         )
+
+    def guess(
+        self, b: np.ndarray, gap: np.ndarray, reference: np.ndarray, tolerance: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return displacement (nodes held, d) and status (n,) after a few rounds; collective."""
+        loop = self.loop
+        loop.set_load(b[: self.exchange.owned], gap, reference, self.state)
+        u = np.zeros((len(b), b.shape[1]))
+        status = loop.start(u, None)
+        if self.first_guess is not None:
+            self.first_guess.correct(loop, u, status)
+        with suppress(NotConverged):
+            self._rounds(u, status, Record(tolerance, GUESSES, lambda: 0, False))
+        return u, status
 
     def _rounds(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Sweep and correct until the natural residual is below the tolerance; collective."""

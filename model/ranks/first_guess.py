@@ -1,0 +1,126 @@
+"""Nested iteration: the first guess of a shared contact problem, from the next coarser mesh."""
+
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from model.node_loop.blocks import BlockMatrix, defect
+from model.node_loop.node_loop import place_on_road
+from model.node_loop.status import Status
+from model.problem.contact_problem import ContactProblem
+from model.ranks.shared_levels import CoarsestMesh, SharedLevel
+from model.ranks.shared_problem import SharedProblem
+from model.solvers.contact_solver import ContactSolver
+from model.solvers.convergence_record import NotConverged
+
+NESTED = 1e-1  # natural residual to which coarser meshes solve for a first guess
+
+
+class GatheredSolver:
+    """The contact problem of the coarsest mesh, gathered and solved on every rank.
+
+    Parameters
+    ----------
+    problem : SharedProblem
+    """
+
+    def __init__(self, problem: SharedProblem, level: SharedLevel):
+        mesh = self.mesh = CoarsestMesh(level)
+        candidate = np.zeros((level.nodes, 1 + level.d))
+        candidate[problem.contact_nodes, 0] = 1.0
+        candidate[problem.contact_nodes, 1:] = problem.normal
+        whole = mesh.gather(candidate)
+        self.nodes, self.own = np.flatnonzero(whole[:, 0]), mesh.number[problem.contact_nodes]
+        A = mesh.matrix()
+        self.problem = ContactProblem(
+            A,
+            np.zeros((len(whole), level.d)),
+            mesh.gather(problem.coordinates),
+            self.nodes,
+            whole[self.nodes, 1:],
+            np.zeros(self.nodes.size),
+            problem.friction,
+        )
+
+    def solve(self, b: np.ndarray, gap: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return displacement (nodes held, d) and status (n,) of the owned candidates; collective."""
+        mesh, d = self.mesh, b.shape[1]
+        spread = np.zeros((mesh.level.nodes, 1 + d))
+        here = self.own - mesh.first
+        spread[here, 0], spread[here, 1:] = gap, reference
+        whole = mesh.gather(spread)[self.nodes]
+        solver = ContactSolver(self.problem, "direct", progress=False)
+        solution = solver.solve(
+            mesh.gather(b), np.maximum(whole[:, 0], 0.0), tangential_reference=whole[:, 1:], tolerance=1e-6
+        )
+        status = np.zeros(len(mesh.gather(b)), dtype=np.int8)
+        status[self.nodes] = solution.status
+        return solution.displacement[mesh.number], status[self.own]
+
+
+class FirstGuess:
+    """The contact problem on the next coarser mesh, from which a first guess comes.
+
+    Parameters
+    ----------
+    problem : SharedProblem
+        On the finer mesh.
+    fine : SharedLevel
+        The finer mesh, with its way to the coarser one not yet truncated.
+    solver : class
+        Of the shared problem on meshes that are not the coarsest.
+    """
+
+    def __init__(self, problem: SharedProblem, fine: SharedLevel, solver: Any):
+        self.fine, self.exchange = fine, problem.exchanges[1]
+        weights = problem.prolongations[0]
+        at_candidates = weights[problem.contact_nodes]
+        self.copies = np.flatnonzero(np.diff(at_candidates.indptr) == 1)
+        nodes = at_candidates[self.copies].indices.astype(np.int64)
+        A = fine.coarser.A
+        coordinates = np.zeros((weights.shape[1], problem.coordinates.shape[1]))
+        copies = np.flatnonzero(np.diff(weights.indptr) == 1)
+        coordinates[weights[copies].indices] = problem.coordinates[copies]
+        self.exchange.update(coordinates)
+        coarse = problem.coarser(A, coordinates, nodes, problem.normal[self.copies])
+        level = SharedLevel(BlockMatrix(A.indptr, A.indices, A.data.copy()), self.exchange, len(coordinates))
+        self.nodes, self.weights = nodes, at_candidates
+        candidate = np.zeros(len(coordinates))
+        candidate[nodes] = 1.0
+        self.exchange.update(candidate)
+        self.between = np.abs(at_candidates @ candidate - at_candidates.sum(axis=1)) < 1e-9
+        self.gathered = GatheredSolver(coarse, level) if not coarse.prolongations else None
+        self.solver = None if self.gathered else solver(coarse, progress=False)
+
+    def correct(self, loop: Any, u: np.ndarray, status: np.ndarray) -> None:
+        """Correct u (nodes held, d) and status (n,) of the finer mesh; collective."""
+        fine, d = self.fine, u.shape[1]
+        r = np.zeros(loop.shape)
+        defect(d)(loop.A, loop.b, u, r)
+        b = np.zeros((self.weights.shape[1], d))
+        P = fine.P._replace(data=fine.full)
+        fine.transfers.restrict(P, fine.children, r, b)
+        self.exchange.add(b)
+        gap = loop.gaps(u, status)
+        way = loop.sticking_place(self.copies) - u[loop.nodes[self.copies]]
+        e, found = np.zeros(b.shape), np.zeros(self.copies.size, dtype=np.int8)
+        with suppress(NotConverged, ValueError):  # a guess is a guess
+            if self.gathered is not None:
+                e, found = self.gathered.solve(b, gap[self.copies], way)
+            elif self.solver is not None:
+                e, found = self.solver.guess(b, gap[self.copies], way, NESTED)
+        fine.transfers.prolong(P, e, u)
+        marks = np.zeros((len(e), 2))
+        left = gap[self.copies] + np.einsum("ca,ca->c", loop.frame[self.copies, 0], e[self.nodes])
+        marks[self.nodes, 0] = np.where(found == Status.FREE, left, 0.0)
+        marks[self.nodes, 1] = found == Status.STICK
+        self.exchange.update(marks)
+        arrived, stuck = (self.weights @ marks).T
+        now = loop.contact.gap + np.einsum("ca,ca->c", loop.frame[:, 0], u[loop.nodes])
+        lift = np.where(self.between, arrived - now, 0.0)
+        u[loop.nodes] += lift[:, None] * loop.frame[:, 0]
+        sticks = np.where(stuck > 1.0 - 1e-9, Status.STICK, Status.SLIP)
+        status[:] = np.where(self.between & (arrived == 0.0), sticks, Status.FREE)
+        place_on_road(loop, u, status)
+        loop.exchange.update(u)
