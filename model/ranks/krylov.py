@@ -84,4 +84,4 @@ def flexible_gmres(
         if np.linalg.norm(H[: count + 1, :count] @ y - goal) <= wanted or H[count, count - 1] == 0.0:
             break
         basis.append(w / H[count, count - 1])
-    return sum(a * z for a, z in zip(y, directions)), count
+    return np.asarray(sum(a * z for a, z in zip(y, directions))), count

@@ -4,7 +4,8 @@ On each mesh a rank holds the rows of the nodes it owns; columns and vectors go 
 products are formed from the rows of the fine mesh, so that contributions to rows of others are sent to them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any
 
@@ -53,7 +54,6 @@ class SharedLevel:
 
     def hold(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Let sweeps move owned nodes (k,) within the ranges of their projectors (k, d, d) only."""
-        generalised_inverses(self.diagonal, np.arange(len(self.diagonal)), self.inverse)
         self.inverse[nodes] = projected_inverses(self.diagonal[nodes], projectors)
 
     def coarsen(self, weights: csr_array, exchange: Any, ids: np.ndarray) -> "SharedLevel":
@@ -244,9 +244,22 @@ class SharedCycle:
             self.levels.append(self.levels[-1].coarsen(weights, exchange, numbers))
         self.coarsest = CoarsestMesh(self.levels[-1])
 
+    @contextmanager
+    def supported(self, nodes: np.ndarray, supports: np.ndarray) -> Iterator[None]:
+        """Add to the diagonal blocks of owned nodes (k,) the stiffness (k, d, d) of supports, for a while."""
+        finest = self.levels[0]
+        at = finest.middle[nodes]
+        kept = finest.A.data[at]
+        finest.A.data[at] = kept + supports
+        try:
+            yield
+        finally:
+            finest.A.data[at] = kept
+
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d); collective."""
         finest = self.levels[0]
+        finest.invert()
         owned = nodes < finest.exchange.owned
         finest.hold(nodes[owned], projectors[owned])
         held = np.tile(np.eye(finest.d), (finest.nodes, 1, 1))

@@ -9,6 +9,7 @@ import numpy as np
 
 from model.checks import positive
 from model.node_loop.blocks import block_matrix, defect
+from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, length, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
 from model.problem.contact_problem import shaped
@@ -18,7 +19,7 @@ from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.truncated_multigrid import free_directions, slip_force_by_pressure
+from model.solvers.truncated_multigrid import free_directions
 
 GUESSES = 30  # rounds on a coarser mesh at most
 KRYLOV = 30  # cycles in one correction at most
@@ -93,6 +94,8 @@ class SharedSolver:
         self.cycle = SharedCycle(finest, problem.prolongations, problem.exchanges[1:], problem.ids[1:])
         self.first_guess = FirstGuess(problem, finest, SharedSolver) if problem.prolongations else None
         self.projectors = np.zeros((N, d, d))
+        n = problem.contact_nodes.size
+        self.follow, self.support, self._supports = np.zeros((n, d)), np.zeros((n, d, d)), False
         self.status: np.ndarray | None = None
         self.state = np.zeros(problem.contact_nodes.size)
         self.setup_seconds = perf_counter() - began
@@ -130,6 +133,7 @@ class SharedSolver:
         except ValueError as error:
             trouble = str(error)
         problem.raise_on_all(trouble)
+        assert b is not None and gap is not None
         loop.set_load(b, gap, reference, self.state)
         status = loop.start(u, start_status)
         first = loop.sweeps
@@ -178,24 +182,45 @@ class SharedSolver:
                 loop.sweep(u, status)
             if record.finished(loop.residual(u, status)):
                 return
-            steady = 0 if self._truncate(status) else steady + 1
-            scale = loop.load_size + np.sqrt(exchange.sum(float(np.vdot(loop.force, loop.force))))
-            R = np.zeros_like(u)
-            R[: exchange.owned] = loop.R
-            self._project(R)
-            missing = np.sqrt(exchange.dot(R, R))
-            wanted = max(0.1 * missing if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
-            x, cycles = self._correction(R, wanted, u, status)
+            self._linearise(u, status)
+            with self.cycle.supported(loop.nodes, self.support):
+                steady = 0 if self._truncate(status) else steady + 1
+                scale = loop.load_size + np.sqrt(exchange.sum(float(np.vdot(loop.force, loop.force))))
+                R = np.zeros_like(u)
+                R[: exchange.owned] = loop.R
+                self._project(R)
+                missing = np.sqrt(exchange.dot(R, R))
+                wanted = max(0.1 * missing if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
+                x, cycles = self._correction(R, wanted, status)
             record.cycles += cycles
-            u += x
+            u += self._fall(x, u, status) * x
             turned = loop.friction is not None and stop_slip_that_turned(loop, u, status)
             turned = exchange.any(turned)
             place_on_road(loop, u, status)
             exchange.update(u)
 
-    def _correction(
-        self, R: np.ndarray, wanted: float, u: np.ndarray, status: np.ndarray
-    ) -> tuple[np.ndarray, int]:
+    def _linearise(self, u: np.ndarray, status: np.ndarray) -> None:
+        """Find how friction follows pressure and slip at u (nodes held, d)."""
+        loop = self.loop
+        if loop.friction is not None:
+            law, forces, derivatives = (
+                loop.friction.address,
+                (loop.R, loop.force),
+                (self.follow, self.support),
+            )
+            friction_tangent(loop.contact, u, *forces, status, law, loop.slip_rate, *derivatives)
+
+    def _fall(self, x: np.ndarray, u: np.ndarray, status: np.ndarray) -> float:
+        """Part of a correction x after which no node is deeper below the road than one is above it now."""
+        loop, comm = self.loop, self.exchange.comm
+        gap = loop.gaps(u, status)
+        move = np.einsum("ca,ca->c", loop.frame[:, 0], x[loop.nodes])
+        highest = float(-comm.allreduce(-gap.max(initial=0.0), op=min))
+        falls = move < 0.0
+        part = float(np.min((gap[falls] + highest) / -move[falls], initial=1.0))
+        return float(comm.allreduce(part, op=min)) if highest > 0.0 else 1.0
+
+    def _correction(self, R: np.ndarray, wanted: float, status: np.ndarray) -> tuple[np.ndarray, int]:
         """Solve for the unknowns that are linear at present; collective."""
         loop, exchange, owned = self.loop, self.exchange, self.exchange.owned
         nothing, product = np.zeros_like(R), np.zeros_like(R)
@@ -214,7 +239,7 @@ class SharedSolver:
         if loop.friction is None or not exchange.any(slipping.size > 0):
             return conjugate_gradients(linear, self.cycle, R, wanted, KRYLOV, exchange.dot)
         nodes, normal = loop.nodes[slipping], loop.frame[slipping, 0]
-        follow = slip_force_by_pressure(loop, u, slipping)
+        follow = self.follow[slipping]
 
         def with_friction(v: np.ndarray) -> np.ndarray:
             multiply(v)
@@ -227,9 +252,11 @@ class SharedSolver:
 
     def _truncate(self, status: np.ndarray) -> bool:
         """Hold the nodes as `status` says; True if that changed anything anywhere; collective."""
-        changed = self.status is None or not np.array_equal(status, self.status)
-        if not self.exchange.any(changed):
+        changed = self.exchange.any(self.status is None or not np.array_equal(status, self.status))
+        supports = self.exchange.any(bool(self.support.any()))
+        if not (changed or supports or self._supports):
             return False
+        self._supports = supports
         loop, d = self.loop, self.projectors.shape[1]
         self.projectors[:] = np.eye(d) * (1.0 - self.fixed)[:, :, None]
         numbers = np.arange(status.size)
@@ -238,7 +265,7 @@ class SharedSolver:
         held = np.flatnonzero(np.abs(self.projectors - np.eye(d)).sum(axis=(1, 2)))
         self.cycle.truncate(held, self.projectors[held])
         self.held, self.status = held[held < self.exchange.owned], status.copy()
-        return True
+        return changed
 
     def _project(self, r: np.ndarray) -> None:
         """Zero the components of r (nodes held, d) in which owned nodes are held or prescribed."""

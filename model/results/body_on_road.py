@@ -16,6 +16,7 @@ from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
 from model.ranks.shared_problem import SharedProblem
 from model.results.reactions import Balance, balance
+from model.results.gathered import gathered
 from model.results.road_surface import write_road
 
 
@@ -234,9 +235,16 @@ class BodyOnRoad:
                 "give forms.assemble(..., stress=sigma) to have it.",
                 stacklevel=2,
             )
+        body: Any = self
         nodes, cells = self.fields(solution)
-        write_xdmf(path, self, nodes, cells)
         around = self.system.points + nodes["displacement"]
+        if self.system.exchanges:
+            comm = self.system.body.shared.comm
+            around = np.concatenate(comm.allgather(around))
+            body, nodes, cells = gathered(self.system.body, nodes, cells)
+            if comm.rank:
+                return
+        write_xdmf(path, body, nodes, cells)
         path = Path(path)
         write_road(
             path.with_name(f"{path.stem}_road.xdmf"),
