@@ -69,6 +69,11 @@ class SharedProblem:
         if exchange.sum(n) == 0:
             raise ValueError("No rank has a candidate, but a contact problem needs at least one.")
 
+    @property
+    def tangential_reference(self) -> np.ndarray:
+        """Displacement (n, d) at which nodes stick at first: none."""
+        return np.zeros(self.normal.shape)
+
     def coarser(
         self, A: BlockMatrix, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray
     ) -> "SharedProblem":

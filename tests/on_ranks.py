@@ -1,0 +1,93 @@
+"""A scene that runs alone and under mpirun: `on_ranks.py KIND OUT`; rank 0 writes what all ranks found."""
+
+import sys
+
+import numpy as np
+from mpi4py import MPI
+
+from forms import Elasticity, Isotropic, Support
+from geometry import Body, Plane, half_ball, half_cylinder_nested, rectangle
+from model import BodyOnRoad, NotConverged, follow, solve
+from model.results.gathered import gathered
+
+R, STEEL = 10.0, Isotropic(E=210e3, nu=0.3)
+
+
+def cylinder(mu, force=1e4):
+    """A half cylinder, held by the road but for one component of one node."""
+    body = Body.from_grid(half_cylinder_nested(R), 2)
+    support = Support(body).fix_node(body.nearest_node((0.0, R)), x=0.0)
+    elasticity = Elasticity(body, STEEL)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -force)), support)
+    return BodyOnRoad(system, "arc", Plane(), friction=mu)
+
+
+def ball(mu):
+    """A quarter of a ball, pressed."""
+    body = Body.from_grid(half_ball(R, "quarter"), 1)
+    support = Support(body).fix("x0", x=0.0).fix("y0", y=0.0)
+    elasticity = Elasticity(body, STEEL)
+    system = elasticity.system(elasticity.total_force("top", (0.0, 0.0, -2500.0)), support)
+    return BodyOnRoad(system, "sphere", Plane(), friction=mu)
+
+
+def triangles():
+    """A block of triangles of two materials that is pulled along its foot, in one step."""
+    regions = {"soft": lambda x: x[:, 0] < 1.0, "hard": lambda x: x[:, 0] >= 1.0}
+    body = Body.from_grid(rectangle(2.0, 1.0, 4, 2, regions=regions), 2, triangles=True)
+    elasticity = Elasticity(body, {"soft": Isotropic(E=1e3, nu=0.3), "hard": Isotropic(E=3e3, nu=0.2)})
+    support = Support(body).fix("top", x=0.003, y=-0.01)
+    system = elasticity.system(elasticity.body_force((0.0, -1.0)), support)
+    return BodyOnRoad(system, "bottom", Plane((0.0, -0.002), (0.1, 1.0)), friction=0.4)
+
+
+def below():
+    """A block that starts below the road at one end."""
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4), 1), STEEL)
+    system = elasticity.system(elasticity.body_force((0.0, 0.0)), Support(elasticity.body).fix("top", y=0.0))
+    return BodyOnRoad(system, "bottom", Plane((1.0, 0.0), (-0.1, 1.0)))
+
+
+def path():
+    """The cylinder, pressed and then pushed."""
+    contact = cylinder(0.3)
+    push = 0.5 * contact.system.load[:, ::-1] * [-0.3, 0.0]
+    *_, last = follow(contact, [contact.system.load, contact.system.load + push], tolerance=1e-11)
+    return contact, last
+
+
+SCENES = {
+    "cylinder": lambda: cylinder(None),
+    "friction": lambda: cylinder(0.3),
+    "ball": lambda: ball(0.3),
+    "triangles": triangles,
+    "below": below,
+    "path": path,
+}
+
+
+def found(kind):
+    """The fields of a scene on the whole body, sorted by place; on rank 0."""
+    scene = SCENES[kind]()
+    contact, solution = (
+        scene if isinstance(scene, tuple) else (scene, solve(scene, "multigrid", tolerance=1e-11))
+    )
+    nodes, _ = contact.fields(solution)
+    nodes["points"] = contact.system.points
+    if contact.system.exchanges:
+        nodes = gathered(contact.system.body, nodes, {})[1]
+    if nodes:
+        order = np.lexsort(np.round(nodes["points"], 9).T)
+        nodes = {name: values[order] for name, values in nodes.items()} | {"cycles": solution.cycles}
+    return nodes
+
+
+if __name__ == "__main__":
+    kind, out = sys.argv[1:]
+    try:
+        fields = found(kind)
+    except (ValueError, NotConverged) as error:
+        fields = {"trouble": np.array(str(error))}
+    everybody = MPI.COMM_WORLD.gather(str(fields.get("trouble", "")))
+    if MPI.COMM_WORLD.rank == 0:
+        np.savez(out, **fields, everybody=np.array(everybody))
