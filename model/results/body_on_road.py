@@ -15,8 +15,8 @@ from model.node_loop.friction_laws import FrictionLaw
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
 from model.ranks.shared_problem import SharedProblem
-from model.results.reactions import Balance, balance
 from model.results.gathered import gathered
+from model.results.reactions import Balance, balance
 from model.results.road_surface import write_road
 
 
