@@ -7,7 +7,7 @@ from mpi4py import MPI
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_ball, half_cylinder_nested, rectangle
-from model import BodyOnRoad, NotConverged, follow, solve
+from model import BodyOnRoad, MovingBody, NotConverged, follow, solve
 from model.results.gathered import gathered
 
 R, STEEL = 10.0, Isotropic(E=210e3, nu=0.3)
@@ -56,6 +56,13 @@ def path():
     return contact, last
 
 
+def motion():
+    """A body in motion, which many ranks cannot share yet."""
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4), 1), STEEL)
+    system = elasticity.system(elasticity.body_force((0.0, 0.0)), density=1.0)
+    return MovingBody.from_contact(BodyOnRoad(system, "bottom", Plane()))
+
+
 SCENES = {
     "cylinder": lambda: cylinder(None),
     "friction": lambda: cylinder(0.3),
@@ -63,6 +70,7 @@ SCENES = {
     "triangles": triangles,
     "below": below,
     "path": path,
+    "motion": motion,
 }
 
 

@@ -50,7 +50,10 @@ def test_many_ranks_find_what_one_finds(kind, ranks, tmp_path):
         assert np.abs(alone[name] - shared[name]).max() <= 1e-8 * np.abs(alone[name]).max(), name
 
 
-def test_every_rank_hears_what_is_wrong_on_one(tmp_path):
-    said = on(3, "below", tmp_path)["everybody"]
+@pytest.mark.parametrize(
+    ("kind", "words"), [("below", "below the road"), ("motion", "not shared among ranks")]
+)
+def test_every_rank_hears_what_is_wrong(kind, words, tmp_path):
+    said = on(3, kind, tmp_path)["everybody"]
     assert len(said) == 3
-    assert all("below the road" in sentence for sentence in said)
+    assert all(words in sentence for sentence in said)

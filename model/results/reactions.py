@@ -82,6 +82,8 @@ def _in_space(vectors: np.ndarray) -> np.ndarray:
 def balance(contact: Any, solution: Any, about: Any = None, load: np.ndarray | None = None) -> Balance:
     """Return the sheet of a solution or a state of motion of a BodyOnRoad; see `BodyOnRoad.reactions`."""
     system, dim = contact.system, contact.points.shape[1]
+    if system.exchanges:
+        raise ValueError("Reactions are not summed over ranks yet; run this scene on one rank.")
     about = np.zeros(dim) if about is None else np.asarray(about, dtype=float)
     if about.shape != (dim,) or not np.isfinite(about).all():
         raise ValueError(f"The moments are about {about}; give a point of {dim} finite numbers.")
