@@ -184,8 +184,8 @@ class MovingBody:
     def _of(cls, system: Any, nodes: np.ndarray, road: Any, friction: Any, limits: Any) -> "MovingBody":
         if system.exchanges:
             raise ValueError(
-                "A body in motion is not shared among ranks yet; give Body.from_grid(..., comm=MPI.COMM_SELF), "
-                "or run on one rank."
+                "A body in motion is not shared among ranks yet; give Body.from_grid(..., "
+                "comm=MPI.COMM_SELF), or run on one rank."
             )
         if system.M is None:
             raise ValueError("The system has no mass; give forms.assemble(..., mass=m) the form m(u, v).")
