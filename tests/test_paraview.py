@@ -24,7 +24,9 @@ pytestmark = pytest.mark.skipif(
 def pvpython():
     """Run pvpython on a screen of its own."""
     with subprocess.Popen(
-        ["Xvfb", "-displayfd", "1", "-screen", "0", "1280x1024x24"], stdout=subprocess.PIPE, text=True
+        ["Xvfb", "-displayfd", "1", "-noreset", "-screen", "0", "1280x1024x24"],
+        stdout=subprocess.PIPE,
+        text=True,
     ) as screen:
         display = f":{screen.stdout.readline().strip()}"
 
@@ -40,7 +42,7 @@ def pvpython():
             return done.stdout
 
         yield run
-        screen.terminate()
+        screen.kill()
 
 
 @pytest.fixture(scope="module")

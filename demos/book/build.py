@@ -131,9 +131,18 @@ def executed(script: Path, folder: Path) -> nbformat.NotebookNode:
         said = f"{script.name} failed in this cell:\n\n{cell.source}\n\n{error.ename}: {error.evalue}"
         raise LessonFailed(said) from None
     del notebook.cells[0]
+    for cell in notebook.cells:
+        if "outputs" in cell:
+            cell.outputs = [output for output in cell.outputs if not is_name_only(output)]
     nbformat.write(notebook, done)
     known.write_text(key)
     return notebook
+
+
+def is_name_only(output: nbformat.NotebookNode) -> bool:
+    """Tell whether an output only says of which kind an object is, or to which file a figure went."""
+    text = output.get("data", {}).get("text/plain", "")
+    return output["output_type"] == "execute_result" and ("PosixPath(" in text or " at 0x" in text)
 
 
 def fingerprint(script: Path) -> str:

@@ -19,7 +19,7 @@ extensions = [
 ]
 exclude_patterns = ["notebooks/*"]
 
-myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "dollarmath"]
+myst_enable_extensions = ["amsmath", "attrs_block", "attrs_inline", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "off"  # the build has executed them, each in a folder of its own
 nb_merge_streams = True

@@ -49,7 +49,7 @@
       svg += `<rect x="${left}" y="274" width="${right - left}" height="16" fill="${fill}" stroke="currentColor" stroke-width="0.4"/>`;
     });
     svg += text(52, 287, "zones", 'text-anchor="end"');
-    [["pressure p", 'stroke-width="2.5"'], ["&#177; mu p", 'stroke-dasharray="6 4"'], ["shear of the road, with nodes", 'stroke-width="1.5"']]
+    [["pressure p", 'stroke-width="2.5"'], ["&#177; mu p", 'stroke-dasharray="6 4"'], ["shear, a dot a node", 'stroke-width="1.5"']]
       .forEach(([words, style], i) => { svg += line([[72, 26 + 17 * i], [100, 26 + 17 * i]], style) + text(106, 30 + 17 * i, words); });
     [["sticks", "currentColor"], ["slips", "url(#lf-hatch)"], ["free", "none"]].forEach(([words, fill], i) => {
       svg += `<rect x="600" y="${20 + 18 * i}" width="26" height="11" fill="${fill}" stroke="currentColor" stroke-width="0.6"/>` + text(632, 30 + 18 * i, words); });

@@ -22,16 +22,22 @@ def take_pictures(runs: Path, folder: Path) -> list[str]:
     """
     if not (shutil.which("pvpython") and shutil.which("Xvfb")):
         return []
-    with subprocess.Popen(
-        ["Xvfb", "-displayfd", "1", "-screen", "0", "1280x1024x24"], stdout=subprocess.PIPE, text=True
-    ) as screen:
+    # -noreset: without it the screen starts anew after each picture, and the next may come too early
+    screen = subprocess.Popen(
+        ["Xvfb", "-displayfd", "1", "-noreset", "-screen", "0", "1280x1024x24"],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
         assert screen.stdout is not None
         kept = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
         environment = kept | {"DISPLAY": f":{screen.stdout.readline().strip()}"}
         for name, (result, options) in PICTURES.items():
             command = ["pvpython", SCRIPT, runs / result, *options, "--picture", folder / f"{name}.png"]
             subprocess.run(list(map(str, command)), env=environment, check=True, capture_output=True)
-        screen.terminate()
+    finally:
+        screen.kill()
+        screen.wait()
     return list(PICTURES)
 
 

@@ -21,7 +21,7 @@ def write_page(plotter: Any, path: Path) -> None:
     )
     from trame_vtk.tools.vtksz2html import write_html
 
-    plotter.show(auto_close=False)
+    plotter.show(auto_close=False, jupyter_backend="none")
     initialize_serializers()
     context, window = SynchronizationContext(), plotter.render_window
     context.set_ignore_last_dependencies(True)

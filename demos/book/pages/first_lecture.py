@@ -63,8 +63,8 @@ gmsh.model.mesh.generate(2)
 gmsh.write("heel.msh")
 gmsh.finalize()
 
-body = Body.from_grid(read_mesh("heel.msh"))
-body.mark("top", lambda x: x[1] > 10 - 1e-6).mark("sole", lambda x: x[1] < 2.5)
+body = Body.from_grid(read_mesh("heel.msh")).mark("top", lambda x: x[1] > 10 - 1e-6)
+body = body.mark("sole", lambda x: x[1] < 2.5)
 
 # %% [markdown]
 # **Weak form.** Plane strain, E = 5 MPa, nu = 0.4; a pressure on the top, which moves straight down.
@@ -99,9 +99,8 @@ contact = BodyOnRoad(system, facets=sole, road=RoundRoad(radius=30.0), friction=
 contact.write("heel.xdmf", solution)
 
 p, force = contact.pressure(solution), solution.contact_force.sum(axis=0)
-print(
-    f"{np.count_nonzero(solution.status)} nodes touch, {np.count_nonzero(solution.status == 2)} of them stick"
-)
+touching, sticking = (np.count_nonzero(solution.status >= kind) for kind in (1, 2))
+print(f"{touching} nodes touch, {sticking} of them stick")
 print(f"largest pressure {p.max():.2f} MPa; the road carries {force[1]:.4f} N/mm, the load is {0.1 * 22:.4f}")
 print(f"smallest gap {solution.gap.min()}, natural residual {solution.residual:.0e}")
 
