@@ -5,11 +5,11 @@ from pathlib import Path
 DEMOS = Path(__file__).parents[1]
 COURSE = {
     "Contact by hand": ["node_and_spring", "why_relaxation_crawls"],
-    "Pressed": ["section_3_1_1_normal_loading", "sphere_on_plane"],
-    "Friction": ["section_3_1_2_tangential_loading"],
+    "Pressed": ["section_3_1_1_normal_loading", "section_2_1_own_forms", "sphere_on_plane", "own_mesh"],
+    "Friction": ["section_3_1_2_tangential_loading", "prescribed_motion"],
     "In time": ["rod_impact", "section_3_2_bouncing_ring"],
     "Rough roads": ["tread_block", "ring_on_rough_road"],
-    "Large motions": ["rolling"],
+    "Large motions": ["rolling", "rolling_ring", "large_strain"],
 }
 BEYOND = "Further lessons"  # lessons that the course does not name yet
 PARTS = {

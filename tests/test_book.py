@@ -1,0 +1,174 @@
+"""The book: its parts, a quick build without execution, and a browser that opens it from disk."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HOUSE = Path(__file__).parents[1]
+BOOK = HOUSE / "demos" / "book"
+BUILT = HOUSE / "results" / "book"
+
+for needed in ("sphinx", "myst_nb", "jupytext", "sphinx_book_theme"):
+    pytest.importorskip(needed, reason="the book's packages are not there: make .venv/book")
+
+
+@pytest.fixture
+def parts(monkeypatch):
+    """Find the book's own modules."""
+    monkeypatch.syspath_prepend(str(BOOK))
+
+
+def test_every_lesson_is_in_the_book_once(parts):
+    import contents
+
+    assert sorted(contents.LESSONS) == sorted((HOUSE / "demos").glob("*.py"))
+    assert contents.LESSONS[0].stem == "node_and_spring"
+
+
+def test_figures_are_described(parts):
+    from alt_texts import describe
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    left, right = figure.subplots(1, 2)
+    left.plot([0, 1], label="loop")
+    left.set(xlabel="x (mm)", ylabel="p (MPa)", title="pressure")
+    left.legend()
+    right.set(xlabel="sweeps", ylabel="residual")
+    assert describe(figure) == (
+        "Figure: pressure, p (MPa) against x (mm); shown are loop; residual against sweeps."
+    )
+
+
+def test_faults_of_a_site_are_found(parts, tmp_path):
+    from checked_site import check_site
+
+    (tmp_path / "good.html").write_text('<h1 id="top"></h1><img src="a.png" alt="a line that falls">')
+    (tmp_path / "a.png").write_bytes(b"")
+    assert check_site(tmp_path, ["good"]) == []
+    (tmp_path / "bad.html").write_text(
+        '<a href="good.html#end"></a><img src="b.png"><a href="none.html"></a>'
+    )
+    faults = check_site(tmp_path, ["bad"])
+    assert len(faults) == 4
+    assert "no such anchor" in faults[0] and "not there" in faults[1] and "without a text" in faults[3]
+
+
+def test_benchmarks_name_their_tests(parts):
+    from benchmark_page import asserted
+
+    tests = asserted(HOUSE / "tests")
+    assert tests["node_and_spring"]["min_gap"] == "test_demo_node_and_spring.py, test_quick_demo"
+
+
+def test_a_failing_cell_is_named(parts, tmp_path, monkeypatch):
+    import build
+
+    lesson = tmp_path / "lesson.py"
+    lesson.write_text("# %% [markdown]\n# # A lesson\n\n# %%\nx = 1\n\n# %%\nx / 0\n")
+    with pytest.raises(build.LessonFailed, match=r"(?s)lesson.py failed.*x / 0.*ZeroDivisionError"):
+        build.executed(lesson, tmp_path / "run")
+
+
+def test_a_lesson_is_executed_again_only_if_it_changes(parts, tmp_path, capfd):
+    import build
+
+    lesson = tmp_path / "lesson.py"
+    for text, executed in (("print(1)", True), ("print(1)", False), ("print(2)", True)):
+        lesson.write_text(f"# %% [markdown]\n# # A lesson\n\n# %%\n{text}\n")
+        notebook = build.executed(lesson, tmp_path / "run")
+        assert notebook.cells[-1].outputs[0].text == text[6] + "\n"
+        assert ("executing lesson.py" in capfd.readouterr().out) == executed
+
+
+def test_the_book_builds_without_execution(tmp_path):
+    command = [sys.executable, BOOK / "build.py", "--no-execution", "--out", tmp_path / "book"]
+    done = subprocess.run(
+        command, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(HOUSE)}
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    site = tmp_path / "book"
+    for page in (
+        "index",
+        "node_and_spring",
+        "first_lecture",
+        "benchmarks",
+        "api/index",
+        "api/model.node_loop",
+    ):
+        assert (site / f"{page}.html").exists()
+    outside = [
+        line
+        for path in site.glob("*.html")
+        for line in path.read_text().splitlines()
+        if 'src="http' in line or ('rel="stylesheet"' in line and 'href="http' in line)
+    ]
+    assert outside == []
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium without a window, driven by selenium; skipped where either is not there."""
+    pytest.importorskip("selenium", reason="selenium is not there: make .venv/book")
+    if not (shutil.which("chromium") and shutil.which("chromedriver")):
+        pytest.skip("Chromium is not there: on Debian, apt install chromium chromium-driver")
+    if not (BUILT / "index.html").exists():
+        pytest.skip("The book has not been built: make book")
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    for argument in ("--headless", "--no-sandbox", "--disable-dev-shm-usage", "--enable-unsafe-swiftshader"):
+        options.add_argument(argument)
+    options.binary_location = shutil.which("chromium")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
+    yield driver
+    driver.quit()
+
+
+def errors(browser):
+    """What the console calls severe, or an error of JavaScript."""
+    return [entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def test_every_page_opens_from_disk_without_an_error(browser):
+    pages = [page for page in sorted(BUILT.rglob("*.html")) if "_static" not in page.relative_to(BUILT).parts]
+    faults = []
+    for page in [*pages, *sorted((BUILT / "_static").rglob("scenes_to_turn/*.html"))]:
+        browser.get(page.as_uri())
+        faults += [f"{page.name}: {message}" for message in errors(browser)]
+        broken = browser.execute_script(
+            "return [...document.images].filter(i => i.complete && !i.naturalWidth).map(i => i.src)"
+        )
+        faults += [f"{page.name}: {source} does not show" for source in broken]
+    assert len(pages) > 20 and faults == []
+
+
+def test_formulas_are_set(browser):
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    browser.get((BUILT / "node_and_spring.html").as_uri())
+    WebDriverWait(browser, 30).until(
+        lambda b: b.execute_script("return document.querySelectorAll('mjx-container svg').length") > 20
+    )
+
+
+@pytest.mark.parametrize("slider", ["lf-path", "lf-step", "lf-mu"])
+def test_sliders_move_and_the_picture_changes(browser, slider):
+    browser.get((BUILT / "load_and_friction.html").as_uri())
+    picture = (
+        "return document.getElementById('lf-lines').innerHTML + document.getElementById('lf-mesh').innerHTML"
+    )
+    words = "return document.getElementById('lf-words').textContent"
+    before = browser.execute_script(picture), browser.execute_script(words)
+    browser.execute_script(
+        "const e = document.getElementById(arguments[0]); e.value = 1; e.dispatchEvent(new Event('input'))",
+        slider,
+    )
+    after = browser.execute_script(picture), browser.execute_script(words)
+    assert before[0] != after[0] and before[1] != after[1]
+    assert errors(browser) == []
