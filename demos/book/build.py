@@ -1,6 +1,6 @@
 """Build the book: execute the lessons, gather the pages, run Sphinx, check what came out.
 
-    python demos/book/build.py [--out DIR] [--no-execution]
+    python demos/book/build.py [--out DIR] [--execute NAME ...]
 
 Everything is kept in DIR/../book-build, so that a lesson is executed again only if it or the code below it
 has changed.
@@ -48,7 +48,12 @@ def main(arguments: list[str] | None = None) -> int:
     """Build, and return 0 or what went wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=HOUSE / "results" / "book")
-    parser.add_argument("--no-execution", action="store_true", help="lessons without their output")
+    parser.add_argument(
+        "--execute",
+        metavar="NAME",
+        nargs="*",
+        help="execute these lessons only, the others stay without output",
+    )
     options = parser.parse_args(arguments)
     out = options.out.resolve()
     work = out.with_name(out.name + "-build")
@@ -58,23 +63,21 @@ def main(arguments: list[str] | None = None) -> int:
     (source / "notebooks").mkdir()
 
     scripts = [*LESSONS, *PAGES]
-    if options.no_execution:
-        notebooks = [as_notebook(script) for script in scripts]
-    else:
-        try:
-            with ProcessPoolExecutor(2) as pool:
-                notebooks = list(
-                    pool.map(executed, scripts, [work / "run" / script.stem for script in scripts])
-                )
-        except LessonFailed as failed:
-            print(failed, file=sys.stderr)
-            return 1
+    chosen = [s for s in scripts if options.execute is None or s.stem in options.execute]
+    try:
+        with ProcessPoolExecutor(2) as pool:
+            results = pool.map(executed, chosen, [work / "run" / script.stem for script in chosen])
+            done = dict(zip(chosen, results))
+    except LessonFailed as failed:
+        print(failed, file=sys.stderr)
+        return 1
+    notebooks = [done.get(script) or as_notebook(script) for script in scripts]
     for script, notebook in zip(scripts, notebooks):
         stage(script, notebook, source)
         folder = work / "run" / script.stem / "book"  # what a page has written for the book
-        if folder.exists() and not options.no_execution:
+        if folder.exists() and script in done:
             shutil.copytree(folder, source / "_static" / script.stem)
-    if not options.no_execution:
+    if options.execute is None:
         take_pictures(work / "run", source / "_static" / "paraview")
     contents(source)
     write_api(source / "api")
@@ -86,7 +89,7 @@ def main(arguments: list[str] | None = None) -> int:
         ["-q", "-W", "--keep-going", "-c", str(BOOK), "-D", f"html_static_path={source / '_static'}"]
         + ["-d", str(work / "doctrees"), str(source), str(out)]
     )
-    faults = [] if failed else check_site(out, [] if options.no_execution else [s.stem for s in LESSONS])
+    faults = [] if failed else check_site(out, [script.stem for script in LESSONS if script in done])
     print("\n".join(faults) or ("" if failed else f"The book is in {out}: open index.html."))
     return failed or bool(faults)
 

@@ -30,6 +30,7 @@ html_theme = "sphinx_book_theme"
 html_title = project
 html_css_files = ["book.css"]
 html_theme_options = {"use_download_button": False, "use_fullscreen_button": False, "show_toc_level": 2}
+html_context = {"default_mode": "auto"}  # dark or light as the reader has it
 html_copy_source = False
 html_show_sourcelink = False
 pygments_style, pygments_dark_style = "a11y-high-contrast-light", "a11y-high-contrast-dark"
