@@ -20,6 +20,7 @@ from model.node_loop.blocks import (
 )
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop
+from model.problem.rigid_modes import RigidModes
 from model.results.body_on_road import BodyOnRoad
 from model.solvers.galerkin_coarsening import Level, coarsen, nodal_prolongation
 from model.solvers.smoothed_aggregation import algebraic
@@ -153,7 +154,7 @@ def test_sweeps_solve_with_a_triangle_of_the_matrix(size):
 def test_algebraic_coarse_spaces_hold_rigid_motions():
     problem = cylinder(3)
     loop = NodeLoop(block_matrix(problem.A), problem.contact_nodes, problem.normal, None)
-    multigrid = algebraic(problem.A, loop, problem.coordinates)
+    multigrid = algebraic(problem.A, loop, RigidModes(problem.A, problem.coordinates, problem.contact_nodes))
     assert len(multigrid.cycle.levels) >= 2
     assert multigrid.cycle.levels[1].A.data.shape[1] == 3  # two translations and a rotation an aggregate
 

@@ -160,9 +160,9 @@ class ContactSolver:
                     "correction is 'multigrid', but the problem has no prolongations; "
                     "use a body of nested meshes, or 'algebraic'."
                 )
-            return geometric(loop, problem.prolongations, problem.coordinates)
+            return geometric(loop, problem.prolongations, self.rigid)
         if correction == "algebraic":
-            return algebraic(problem.A, loop, problem.coordinates)
+            return algebraic(problem.A, loop, self.rigid)
         return Condensation(problem.A, loop, self.rigid)
 
     def update_normals(self, normal: np.ndarray, gap: np.ndarray) -> None:

@@ -9,12 +9,12 @@ from scipy.sparse import bsr_array
 
 from model.node_loop.blocks import BlockMatrix, diagonal_positions
 from model.node_loop.node_loop import NodeLoop
-from model.problem.rigid_modes import rigid_motions
+from model.problem.rigid_modes import RigidModes, rigid_motions
 from model.solvers.galerkin_coarsening import Level, coarsen
 from model.solvers.truncated_multigrid import Multigrid
 
 
-def algebraic(A: bsr_array, loop: NodeLoop, coordinates: np.ndarray) -> Multigrid:
+def algebraic(A: bsr_array, loop: NodeLoop, rigid: RigidModes) -> Multigrid:
     """Multigrid on aggregates of nodes, built by pyamg from the rigid motions of the body.
 
     Parameters
@@ -22,14 +22,16 @@ def algebraic(A: bsr_array, loop: NodeLoop, coordinates: np.ndarray) -> Multigri
     A : bsr_array (N d, N d)
     loop : NodeLoop
         The loop on A.
-    coordinates : (N, d)
+    rigid : RigidModes
+        Of A and the loop's candidates.
     """
     N, d = loop.shape
-    motions = rigid_motions(coordinates)
+    motions = rigid_motions(rigid.coordinates)
     motions[loop.uncoupled] = 0.0
+    motions = motions.reshape(N * d, -1)
     hierarchy = pyamg.smoothed_aggregation_solver(
         A,
-        B=motions.reshape(N * d, -1),
+        B=motions,
         strength=("symmetric", {"theta": 0.0}),
         smooth="jacobi",
         max_coarse=100,
@@ -42,6 +44,7 @@ def algebraic(A: bsr_array, loop: NodeLoop, coordinates: np.ndarray) -> Multigri
             P.indptr.astype(np.uint64), P.indices.astype(np.uint32), np.ascontiguousarray(P.data)
         )
         levels.append(coarsen(levels[-1], blocks, P.shape[1] // P.blocksize[1]))
-    multigrid = Multigrid(loop, levels)
+    coarse_modes = hierarchy.levels[-1].B @ np.linalg.lstsq(motions, rigid.modes)[0]
+    multigrid = Multigrid(loop, levels, rigid, coarse_modes)
     multigrid.name = "algebraic"
     return multigrid

@@ -31,12 +31,15 @@ from model.node_loop.blocks import (
     generalised_inverses,
     sweep_from_zero,
 )
+from model.node_loop.contact_sweep import place_all_on_surface
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
-from model.problem.rigid_modes import RigidModes
+from model.problem.rigid_modes import BALANCE, RigidModes
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, nodal_prolongation, recompute
+from model.solvers.projected_newton import null_space
+from model.solvers.projected_search import projected_search
 from model.solvers.static_condensation import Condensation
 
 PATIENCE = 8  # rounds in which the residual need not fall
@@ -72,6 +75,7 @@ class Cycle:
         self.defects = [np.zeros(shape) for shape in shapes]
         self.loads = [np.zeros(shape) for shape in shapes]
         self.coarsest_inverse: np.ndarray | None = None
+        self.kernel = np.zeros((levels[-1].inverse.shape[0] * levels[-1].inverse.shape[1], 0))
 
     @contextmanager
     def supported(self, nodes: np.ndarray, supports: np.ndarray) -> Iterator[None]:
@@ -88,6 +92,11 @@ class Cycle:
             yield
         finally:
             finest.A.data[at] = kept
+
+    def set_kernel(self, kernel: np.ndarray) -> None:
+        """Tell which motions (n d, z) of the coarsest mesh nothing resists."""
+        if kernel.shape != self.kernel.shape or np.any(kernel != self.kernel):
+            self.kernel, self.coarsest_inverse = kernel, None
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Hold nodes (k,) to the ranges of their projectors (k, d, d).
@@ -116,7 +125,7 @@ class Cycle:
         level, z = self.levels[number], self.corrections[number]
         if number == len(self.levels) - 1:
             if self.coarsest_inverse is None:
-                self.coarsest_inverse = dense_inverse(level.A, self.projectors)
+                self.coarsest_inverse = dense_inverse(level.A, self.projectors, self.kernel)
             z[:] = (self.coarsest_inverse @ r.ravel()).reshape(r.shape)
             return z
         rest, coarse_r, size = self.defects[number], self.loads[number + 1], r.shape[1]
@@ -149,14 +158,19 @@ def truncate_rows(P, full, nodes, projectors):
                     P.data[m, a, b] = s
 
 
-def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None) -> np.ndarray:
-    """Inverse of a small matrix, between projectors (n, d, d) if given, where it resists anything."""
+def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None, kernel: np.ndarray) -> np.ndarray:
+    """Inverse of a small matrix, between projectors (n, d, d) if given, where it resists anything.
+
+    Motions in its `kernel` (n d, z) would meet rounding: they get a resistance, which moves them some way.
+    """
     n, d = A.indptr.size - 1, A.data.shape[1]
     full = np.zeros((n, d, n, d))
     rows = np.repeat(np.arange(n), np.diff(A.indptr).astype(np.int64))
     data = A.data if projectors is None else projectors[rows] @ A.data @ projectors[A.indices]
     full[rows, :, A.indices] = data
     matrix = full.reshape(n * d, n * d)
+    unit = np.linalg.qr(kernel)[0]
+    matrix += matrix.diagonal().max() * (unit @ unit.T)
     supported = np.flatnonzero(matrix.diagonal() > 0.0)
     inverse, inside = np.zeros_like(matrix), matrix[np.ix_(supported, supported)]
     factor, failed = dpotrf(inside, lower=True)
@@ -201,12 +215,19 @@ def turn_direction(beta, direction, z):
 class Multigrid:
     """Rounds of one sweep of the node loop and a truncated multigrid correction.
 
+    Without friction each sweep and each correction lowers the energy. With friction the correction is a step
+    of Newton's.
+
     Parameters
     ----------
     loop : NodeLoop
         The loop on this mesh.
     levels : list of Level
         This mesh and all coarser ones.
+    rigid : RigidModes
+        Of this mesh and the loop's candidates.
+    coarse_modes : (n d, m)
+        The same modes on the coarsest mesh.
     coarser : CoarserMesh, optional
         The same contact problem on the next coarser mesh, from which a first guess is taken (nested
         iteration).
@@ -214,8 +235,15 @@ class Multigrid:
 
     name = "multigrid"
 
-    def __init__(self, loop: NodeLoop, levels: list[Level], coarser: "CoarserMesh | None" = None):
-        self.loop, self.coarser = loop, coarser
+    def __init__(
+        self,
+        loop: NodeLoop,
+        levels: list[Level],
+        rigid: RigidModes,
+        coarse_modes: np.ndarray,
+        coarser: "CoarserMesh | None" = None,
+    ):
+        self.loop, self.rigid, self.coarse_modes, self.coarser = loop, rigid, coarse_modes, coarser
         d = loop.shape[1]
         self.cycle = Cycle(levels)
         self.status = np.zeros(loop.nodes.size, dtype=np.int8)
@@ -233,6 +261,7 @@ class Multigrid:
         Coarser meshes, where there are any, first correct u as far as they can (nested iteration).
         """
         loop = self.loop
+        self._land(u, status)
         if self.coarser is not None:
             self.coarser.first_guess(loop, u, status, record)
         best, best_status, idle, sweeps, steady, turned = np.inf, status.copy(), 0, 1, 0, False
@@ -245,7 +274,7 @@ class Multigrid:
             if residual < best:
                 best, idle, sweeps = residual, 0, 1
                 self.best[:], best_status[:] = u, status
-            elif idle < PATIENCE:
+            elif idle < PATIENCE or loop.friction is None:
                 idle += 1
             else:  # the corrections lead nowhere: back to the best, and let the loop go on alone for longer
                 u[:], status[:] = self.best, best_status
@@ -257,6 +286,17 @@ class Multigrid:
                 steady = 0 if self._truncate(status) else steady + 1
                 turned = self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
 
+    def _land(self, u: np.ndarray, status: np.ndarray) -> None:
+        """Move a body that nothing holds and nothing touches to where its load takes it as a rigid body."""
+        loop, rigid = self.loop, self.rigid
+        if rigid.count and not status.any():
+            mu = 0.0 if loop.friction is None else loop.friction.coefficient
+            r = np.empty(loop.shape)
+            self._defect(loop.A, loop.b, u, r)
+            amplitudes = rigid.landing(r, loop.frame[:, 0], mu, loop.gaps(u, status))
+            u += (rigid.modes @ amplitudes).reshape(u.shape)
+            place_on_road(loop, u, status)
+
     def _correct(
         self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, damping: float
     ) -> bool:
@@ -264,38 +304,60 @@ class Multigrid:
 
         Damped where sets flip. Return whether slip would have turned round, and was stopped.
         """
-        loop = self.loop
+        loop, r, x = self.loop, self.loop.R, self.x
         scale = loop.load_size + float(np.linalg.norm(loop.force))
-        self._project(loop.R)
-        wanted = max(
-            0.1 * float(np.linalg.norm(loop.R)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale
-        )
+        self._project(r)
+        kernel = self._free_modes()
+        if kernel.shape[1]:
+            drive = kernel.T @ r.ravel()
+            if np.linalg.norm(drive) > BALANCE * scale:
+                x[:] = (kernel @ drive).reshape(x.shape)
+                self.product[:] = 0.0
+                before = status.copy()
+                end = projected_search(loop.A, r, x, self.product, loop.contact, u, status)
+                if loop.friction is None and end == np.inf:
+                    record.give_up("the load drives the body along a rigid motion that nothing stops")
+                if loop.friction is not None:
+                    status[(before == Status.FREE) & (status != Status.FREE)] = Status.STICK
+                    place_all_on_surface(loop.contact, u, status)
+                if end < np.inf:
+                    return False
+                self._project(r)
+            r -= (kernel @ (kernel.T @ r.ravel())).reshape(r.shape)
+        wanted = max(0.1 * float(np.linalg.norm(r)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
         if loop.friction is not None and np.any(status == Status.SLIP):
-            record.cycles += self._with_friction(loop.R, wanted, u, status)
+            record.cycles += self._with_friction(r, wanted, status)
         else:
-            record.cycles += self._conjugate_gradients(loop.R, wanted)
-        u += min(damping, self._fall(u, status)) * self.x
-        turned = loop.friction is not None and stop_slip_that_turned(loop, u, status)
+            record.cycles += self._conjugate_gradients(r, wanted)
+        if loop.friction is None:
+            self._defect(loop.A, self.zero, x, self.product)
+            r -= self.product
+            np.negative(self.product, out=self.product)
+            projected_search(loop.A, r, x, self.product, loop.contact, u, status)
+            return False
+        u += damping * x
+        turned = stop_slip_that_turned(loop, u, status)
         place_on_road(loop, u, status)
         return turned
+
+    def _free_modes(self) -> np.ndarray:
+        """Orthonormal columns (N d, z) of the rigid modes that what is held now leaves free."""
+        modes, m = self.rigid.modes, self.rigid.count
+        if m == 0:
+            return modes
+        nodes, rubs = self.loop.nodes, self.rubs
+        at = self.rigid.at(nodes[self.held])
+        rub = self.support[rubs] @ self.rigid.at(nodes[rubs]) / self.loop.diagonal.max()
+        stopped = np.concatenate([(at - self.projectors[self.held] @ at).reshape(-1, m), rub.reshape(-1, m)])
+        free = null_space(np.linalg.qr(stopped, mode="r"), np.abs(modes).max())
+        self.cycle.set_kernel(self.coarse_modes @ free)
+        return modes @ free
 
     def update_normals(self) -> None:
         """Follow the loop's new normals: what is held must be held anew."""
         self.status[self.held] = -1
         if self.coarser is not None:
             self.coarser.update_normals(self.loop)
-
-    def _fall(self, u: np.ndarray, status: np.ndarray) -> float:
-        """Part of the correction x after which no node is deeper below the road than one is above it now.
-
-        It is all of x, but for a body that the present contact does not hold: it falls no further.
-        """
-        loop = self.loop
-        gap = loop.gaps(u, status)
-        move = np.einsum("ca,ca->c", loop.frame[:, 0], self.x[loop.nodes])
-        falls = move < 0.0
-        room = gap[falls] + gap.max()
-        return min(1.0, float(np.min(room / -move[falls], initial=1.0))) if gap.max() > 0.0 else 1.0
 
     def _linearise(self, u: np.ndarray, status: np.ndarray) -> None:
         """Find how friction follows pressure and slip at u (N, d)."""
@@ -356,7 +418,7 @@ class Multigrid:
                 break
         return cycles
 
-    def _with_friction(self, r: np.ndarray, wanted: float, u: np.ndarray, status: np.ndarray) -> int:
+    def _with_friction(self, r: np.ndarray, wanted: float, status: np.ndarray) -> int:
         """Set x as `_conjugate_gradients` does, the friction of slipping nodes following their pressure.
 
         That makes A unsymmetric.
@@ -440,7 +502,8 @@ class CoarserMesh:
         self.correction: Any = None  # on the coarsest mesh direct, factorised when first used
         if len(weights) > 1:
             coarser = CoarserMesh(loop, levels[1:], weights[1:], self.coordinates)
-            self.correction = Multigrid(loop, levels[1:], coarser)
+            rigid = RigidModes(bsr(loop.A), self.coordinates, nodes)
+            self.correction = Multigrid(loop, levels[1:], rigid, inject(rigid.modes, weights[1:]), coarser)
         self.weights = at_candidates[:, nodes]
         self.between = (
             np.abs(self.weights.sum(axis=1) - 1.0) < 1e-9
@@ -455,7 +518,7 @@ class CoarserMesh:
     def _direct(self) -> Condensation:
         """Factorise the coarsest matrix, with a unit diagonal where truncation left nothing."""
         loop = self.loop
-        A = bsr_array((loop.A.data, loop.A.indices.astype(np.int32), loop.A.indptr.astype(np.int32)))
+        A = bsr(loop.A)
         empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
         A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
         return Condensation(A, loop, RigidModes(A, self.coordinates, loop.nodes))
@@ -491,8 +554,8 @@ class CoarserMesh:
         place_on_road(fine, u, status)
 
 
-def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], coordinates: np.ndarray) -> Multigrid:
-    """Multigrid on nested meshes: scalar prolongations, finest first, and the finest coordinates (N, d)."""
+def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidModes) -> Multigrid:
+    """Multigrid on nested meshes, from scalar prolongations, finest first."""
     d = loop.shape[1]
     levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
     for number, weights in enumerate(prolongations):
@@ -500,7 +563,25 @@ def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], coordinates: n
         if number == 0:
             truncate_prescribed(P, loop.uncoupled)
         levels.append(coarsen(levels[-1], P, weights.shape[1]))
-    return Multigrid(loop, levels, CoarserMesh(loop, levels, prolongations, coordinates))
+    coarser = CoarserMesh(loop, levels, prolongations, rigid.coordinates)
+    return Multigrid(loop, levels, rigid, inject(rigid.modes, prolongations), coarser)
+
+
+def inject(modes: np.ndarray, prolongations: Sequence[csr_array]) -> np.ndarray:
+    """Values of modes (N d, m) at the nodes of the coarsest mesh, all of which finer meshes keep."""
+    N, (rows, m) = prolongations[0].shape[0], modes.shape
+    values = modes.reshape(N, rows // N, m)
+    for weights in prolongations:
+        kept = np.flatnonzero(np.diff(weights.indptr) == 1)
+        coarse = np.zeros((weights.shape[1], *values.shape[1:]))
+        coarse[weights[kept].indices] = values[kept]
+        values = coarse
+    return values.reshape(values.shape[0] * values.shape[1], m)
+
+
+def bsr(A: BlockMatrix) -> bsr_array:
+    """Hand a matrix back to scipy; the values are shared."""
+    return bsr_array((A.data, A.indices.astype(np.int32), A.indptr.astype(np.int32)))
 
 
 def truncate_prescribed(P: BlockMatrix, uncoupled: np.ndarray) -> None:
