@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from model.dynamics.time_integrator import State, TimeIntegrator
-from model.solvers.static_condensation import factorised
+from model.solvers.factorisation import factorised
 
 
 def run_seconds(integrator: TimeIntegrator, start: State, steps: int) -> tuple[float, State]:

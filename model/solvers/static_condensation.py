@@ -25,13 +25,13 @@ import numpy as np
 from numba import njit
 from scipy.linalg import qr
 from scipy.sparse import bsr_array, csc_array, diags_array
-from scipy.sparse.linalg import SuperLU, splu
 
 from model.node_loop.blocks import FUSED
 from model.node_loop.contact_sweep import FREE, SLIP, STICK, place_all_on_surface
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import SEEN, RigidModes, determinate_unknowns, motions_of_each_body, parts
 from model.solvers.convergence_record import Record
+from model.solvers.factorisation import factorised
 from model.solvers.semismooth_newton import SmallProblem
 
 HARD = 1e4  # times the softest unknown; it costs as many digits as it has
@@ -276,11 +276,6 @@ class Condensation:
             self._columns[:, at : at + chunk.size * d] = answers
         self._place[new] = known + np.arange(new.size)
         self.batches.append(new)
-
-
-def factorised(A: csc_array) -> SuperLU:
-    """Factorise a symmetric positive definite matrix, its pivots on the diagonal."""
-    return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
 @njit(cache=True, error_model="numpy")
