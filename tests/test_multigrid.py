@@ -8,7 +8,7 @@ import pytest
 from scipy.sparse import bsr_array, random_array
 
 from forms import Anisotropic, Elasticity, Isotropic, Support
-from geometry import Body, Plane, box, half_ball, half_cylinder_nested, rectangle
+from geometry import Body, Plane, box, half_ball, half_cylinder_gmsh, half_cylinder_nested, rectangle
 from model import ContactSolver, NotConverged, Status, follow, solve, viscous
 from model.node_loop.blocks import (
     backward_sweep,
@@ -222,3 +222,17 @@ def test_friction_tangent_is_the_derivative_of_friction(dim):
         assert np.allclose(change, -support @ move, atol=1e-5)
     assert not by_pressure[3].any()
     assert not support[3].any()
+
+
+def test_cycles_on_triangles_of_any_mesh():
+    cycles = []
+    for spacing in (0.16, 0.04):
+        grid = half_cylinder_gmsh(10.0, spacing=spacing, largest=10 * spacing, cell="triangle")
+        body = Body.from_grid(grid)
+        elasticity = Elasticity(body, Isotropic(210e3, 0.3))
+        support = Support(body).fix_node(body.nearest_node((0.0, 10.0)), x=0.0)
+        system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
+        problem = BodyOnRoad(elasticity, system, Plane(), "arc", reach=2.0).problem
+        cycles.append(solve(problem, "algebraic", tolerance=1e-8).cycles)
+    assert max(cycles) <= 25
+    assert cycles[1] - cycles[0] <= 4

@@ -55,9 +55,12 @@ class Cycle:
     ----------
     levels : list of Level
         Finest first. What truncation changes is copied: the finest P and every coarser matrix.
+    visits : int
+        Cycles on a coarser level for each on the next finer one: 1 for V-cycles, 2 for W-cycles.
     """
 
-    def __init__(self, levels: list[Level]):
+    def __init__(self, levels: list[Level], visits: int = 1):
+        self.visits = visits
         finest = replace(levels[0], inverse=levels[0].inverse.copy())
         self.projectors: np.ndarray | None = None  # used only where the finest mesh is the coarsest as well
         if len(levels) == 1:
@@ -118,7 +121,7 @@ class Cycle:
             recompute(fine, coarse, changed)
 
     def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
-        """One V(1,1)-cycle for A z = r from z = 0, on level `number`.
+        """One cycle with a sweep before and after for A z = r from z = 0, on level `number`.
 
         The result is overwritten by the next call.
         """
@@ -131,9 +134,20 @@ class Cycle:
         rest, coarse_r, size = self.defects[number], self.loads[number + 1], r.shape[1]
         sweep_from_zero(size)(level.A, level.middle, level.inverse, r, z, rest)
         level.transfers.restrict(level.P, level.children, rest, coarse_r)
-        level.transfers.prolong(level.P, self(coarse_r, number + 1), z)
+        level.transfers.prolong(level.P, self._solve_coarse(coarse_r, number + 1), z)
         backward_sweep(size)(level.A, level.inverse, r, z)
         return z
+
+    def _solve_coarse(self, r: np.ndarray, number: int) -> np.ndarray:
+        """Visit a coarser level as often as it should be; each visit finds what the last has left."""
+        z = self(r, number)
+        if number == len(self.levels) - 1 or self.visits == 1:
+            return z
+        total, rest = z.copy(), np.empty_like(r)
+        for _ in range(self.visits - 1):
+            defect(r.shape[1])(self.levels[number].A, r, total, rest)
+            total += self(rest, number)
+        return total
 
 
 def projected_inverses(blocks: np.ndarray, projectors: np.ndarray) -> np.ndarray:
@@ -231,6 +245,8 @@ class Multigrid:
     coarser : CoarserMesh, optional
         The same contact problem on the next coarser mesh, from which a first guess is taken (nested
         iteration).
+    visits : int
+        1 for V-cycles, 2 for W-cycles.
     """
 
     name = "multigrid"
@@ -242,10 +258,11 @@ class Multigrid:
         rigid: RigidModes,
         coarse_modes: np.ndarray,
         coarser: "CoarserMesh | None" = None,
+        visits: int = 1,
     ):
         self.loop, self.rigid, self.coarse_modes, self.coarser = loop, rigid, coarse_modes, coarser
         d = loop.shape[1]
-        self.cycle = Cycle(levels)
+        self.cycle = Cycle(levels, visits)
         self.status = np.zeros(loop.nodes.size, dtype=np.int8)
         self.projectors = np.tile(np.eye(d), (loop.nodes.size, 1, 1))
         self.held = self.rubs = np.zeros(0, dtype=np.int64)
@@ -300,7 +317,7 @@ class Multigrid:
     def _correct(
         self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, damping: float
     ) -> bool:
-        """Solve for the unknowns that are linear at present, to a tenth while the contact set still changes.
+        """Solve for the unknowns that are linear at present, to a third while the contact set still changes.
 
         Damped where sets flip. Return whether slip would have turned round, and was stopped.
         """
@@ -324,7 +341,7 @@ class Multigrid:
                     return False
                 self._project(r)
             r -= (kernel @ (kernel.T @ r.ravel())).reshape(r.shape)
-        wanted = max(0.1 * float(np.linalg.norm(r)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
+        wanted = max(0.3 * float(np.linalg.norm(r)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
         if loop.friction is not None and np.any(status == Status.SLIP):
             record.cycles += self._with_friction(r, wanted, status)
         else:
