@@ -42,6 +42,10 @@ from model.solvers.projected_newton import null_space
 from model.solvers.projected_search import projected_search
 from model.solvers.static_condensation import Condensation
 
+UNSTEADY = (
+    0.3  # part of the defect that corrections leave while the contact set changes; 0.1 and 0.2 cost more
+)
+FORCING = 1.5  # inexact Newton: R. S. Dembo, S. C. Eisenstat, T. Steihaug, SIAM J. Numer. Anal. 19 (1982)
 PATIENCE = 8  # rounds in which the residual need not fall
 KRYLOV = 30  # cycles in one correction at most
 GUESSES = 30  # rounds on a coarser mesh at most
@@ -341,7 +345,12 @@ class Multigrid:
                     return False
                 self._project(r)
             r -= (kernel @ (kernel.T @ r.ravel())).reshape(r.shape)
-        wanted = max(0.3 * float(np.linalg.norm(r)) if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
+        residual = record.history[-1]
+        if steady == 0:
+            part = UNSTEADY
+        else:  # without friction the problem is linear now; with it Newton's step is no better than that
+            part = 0.0 if loop.friction is None else min(UNSTEADY, residual**FORCING)
+        wanted = max(part * float(np.linalg.norm(r)), 0.3 * record.tolerance * scale)
         if loop.friction is not None and np.any(status == Status.SLIP):
             record.cycles += self._with_friction(r, wanted, status)
         else:
