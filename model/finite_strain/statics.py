@@ -27,7 +27,7 @@ from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.static_condensation import factorised
+from model.solvers.factorisation import by_superlu
 
 ITERATIONS = 30  # in a load step
 EASY = 6  # iterations after which the next load step is longer
@@ -301,5 +301,5 @@ class FiniteContact:
 
 def indefinite(A: Any) -> bool:
     """Tell whether a symmetric matrix has a negative eigenvalue (Sylvester's law of inertia)."""
-    pivots = factorised(csc_array(A)).U.diagonal()
+    pivots = by_superlu(csc_array(A)).U.diagonal()
     return bool(pivots.min() < -1e-12 * np.abs(pivots).max())

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 
 class Factor(Protocol):
@@ -42,6 +42,11 @@ def factorised(A: csc_array) -> Factor:
         factor = MumpsCholesky(A, petsc)
         if factor.positive:  # else rounding has left the matrix indefinite, or it is singular
             return factor
+    return by_superlu(A)
+
+
+def by_superlu(A: csc_array) -> SuperLU:
+    """Factorise a symmetric matrix by SuperLU, whose factors can be looked at, its pivots on the diagonal."""
     return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
