@@ -3,6 +3,8 @@
 Mesh independence, agreement with the other corrections, and its parts against what they stand for.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import bsr_array, random_array
@@ -168,8 +170,7 @@ def test_a_limit_on_the_work_is_an_error_with_its_history():
 
 
 def test_multigrid_without_nested_meshes_is_refused():
-    problem = block_on_tilted_road(None)
-    problem.prolongations = ()
+    problem = replace(block_on_tilted_road(None), prolongations=())
     with pytest.raises(ValueError, match="prolongations"):
         solve(problem, "multigrid")
 

@@ -19,6 +19,7 @@
 # true; the path must be right at every step.
 
 # %%
+from dataclasses import replace
 from time import perf_counter
 
 import matplotlib.pyplot as plt
@@ -215,8 +216,8 @@ scene.figure(figure, "cycles")
 # %%
 pressed = pressed_cylinder(3)
 *_, before, last = path(pressed, 10)
-pressed.problem.tangential_reference = before.displacement[pressed.problem.contact_nodes]
-pressed.problem.save(scene.out / "problem.npz", last)
+reference = before.displacement[pressed.problem.contact_nodes]
+replace(pressed.problem, tangential_reference=reference).save(scene.out / "problem.npz", last)
 pressed.write(scene.out / "pressed.xdmf", last)
 scene.cost(**last.cost(), assembly_seconds=assembly_seconds)
 scene.finish()

@@ -72,12 +72,11 @@ class FollowsRoad(TimeIntegrator):
         for _ in range(ROUNDS):
             added += super()._settle(state)  # type: ignore[misc]
             gap, normal = self.body.gaps(state.displacement)
-            turn, in_contact = normal - massless.loop.frame[:, 0], state.status != Status.FREE
+            turn, in_contact = normal - massless.loop.normal, state.status != Status.FREE
             off, turned = (np.abs(x[in_contact]).max(initial=0.0) for x in (gap, turn))
             if off <= near and turned <= 10 * self.tolerance:
                 break
-        step.loop.update_normals(massless.loop.frame[:, 0].copy())
-        step.correction.update_normals()
+        step.take_planes(massless.loop.normal.copy())
         return added
 
     def _off(self, planes: RoadPlanes) -> NotConverged:

@@ -22,6 +22,7 @@ from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.solvers.contact_solver import ContactSolver
 from model.solvers.convergence_record import Record
+from model.solvers.iterative_refinement import ROUNDING
 from model.solvers.static_condensation import Condensation
 
 LIMIT = 100_000  # residual tests in one step
@@ -146,8 +147,10 @@ class StepSolver:
     def __init__(self, problem: ContactProblem, correction: str, tolerance: float, slip_rate: float):
         solver = ContactSolver(problem, correction, progress=False)
         self.tolerance, self.slip_rate = tolerance, slip_rate
-        self.loop, self.correction = solver.loop, solver.correction
-        self._rounding = 5e-16 * float(np.abs(self.loop.A.data).max())  # of the forces, for a unit of way
+        self.loop, self.correction, self.take_planes = solver.loop, solver.correction, solver.take_planes
+        self._rounding = (
+            2 * ROUNDING * float(np.abs(self.loop.A.data).max())
+        )  # of the forces, for a unit of way
 
     def solve(
         self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, back: np.ndarray, before: State
@@ -171,9 +174,7 @@ class StepSolver:
             If the tolerance is not reached.
         """
         loop, correction = self.loop, self.correction
-        if not (normal == loop.frame[:, 0]).all():
-            loop.update_normals(normal)
-            correction.update_normals()
+        self.take_planes(normal)
         loop.slip_rate = self.slip_rate
         slipped = None if loop.friction is None else (before.status == Status.SLIP).astype(np.float64)
         loop.set_load(b, gap, back, slipped)

@@ -67,8 +67,22 @@ class NodeLoop:
         self.seconds_of_passes, self.passes = 0.0, 0
 
     def update_normals(self, normal: np.ndarray) -> None:
-        """Set the normals (n, d) of the candidates."""
-        self.frame = frames(np.asarray(normal, dtype=np.float64))
+        """Set the normals (n, d) of the candidates.
+
+        A node whose motion is prescribed in part meets the road along the rest of the normal:
+
+            g + n . u = (g + n_p . u_p) + n_f . u_f,
+
+        so that n_f, made a unit vector, and the gap in brackets, as many times larger, say the same.
+        """
+        self.normal = np.asarray(normal, dtype=np.float64)
+        alone = self.uncoupled[self.nodes]
+        self.given = alone & ~alone.all(axis=1, keepdims=True)
+        free = np.where(self.given, 0.0, self.normal)
+        part = np.linalg.norm(free, axis=1)
+        self.cannot_move = part < 1e-8  # that is rounding of the normal
+        self.part = np.where(self.cannot_move, 1.0, part)
+        self.frame = frames(np.where(self.cannot_move[:, None], self.normal, free / self.part[:, None]))
         self.block = np.einsum("cab,cbe,cfe->caf", self.frame, self.diagonal[self.nodes], self.frame)
 
     def set_load(
@@ -84,6 +98,11 @@ class NodeLoop:
         """
         n, d = self.force.shape
         self.b = b
+        if self.given.any():
+            there = b[self.nodes] / np.einsum("iaa->ia", self.diagonal)[self.nodes]
+            along = np.einsum("ca,ca->c", self.normal, np.where(self.given, there, 0.0))
+            gap = (gap + np.where(self.part < 1.0, along, 0.0)) / self.part
+            reference = np.where(self.given, there, 0.0 if reference is None else reference)
         local = (
             np.zeros((n, d - 1))
             if reference is None
@@ -105,12 +124,16 @@ class NodeLoop:
 
         Return the status (n,).
         """
-        if self.uncoupled.any():
-            diagonal = np.einsum("iaa->ia", self.diagonal)
-            u[self.uncoupled] = self.b[self.uncoupled] / diagonal[self.uncoupled]
+        self.prescribe(self.b, u)
         status = np.zeros(self.nodes.size, dtype=np.int8) if status is None else status.astype(np.int8)
         place_all_on_surface(self.contact, u, status)
         return status
+
+    def prescribe(self, b: np.ndarray, u: np.ndarray) -> None:
+        """Set the prescribed unknowns of u (N, d) to their values under the load b (N, d)."""
+        if self._some_uncoupled:
+            diagonal = np.einsum("iaa->ia", self.diagonal)
+            u[self.uncoupled] = b[self.uncoupled] / diagonal[self.uncoupled]
 
     def sweep(self, u: np.ndarray, status: np.ndarray, count: int = 1) -> None:
         """Sweep `count` times over all nodes, updating u (N, d) and status (n,) in place."""
@@ -143,6 +166,17 @@ class NodeLoop:
         if missing == 0.0:
             return 0.0
         return missing / (self.load_size + length(self.force) or missing)
+
+    def reaction(self) -> tuple[np.ndarray, np.ndarray]:
+        """Forces (n, d) of the road on the body at the last residual, and their normal parts (n,), >= 0.
+
+        At a node whose motion is prescribed in part the support takes what the loop does not see.
+        """
+        pressure = np.maximum(np.einsum("ca,ca->c", self.frame[:, 0], self.force), 0.0)
+        if not self.given.any():
+            return self.force.copy(), pressure
+        pressure /= self.part
+        return self.force + pressure[:, None] * np.where(self.given, self.normal, 0.0), pressure
 
     def sticking_place(self, numbers: np.ndarray) -> np.ndarray:
         """Displacement (k, d) at which the given candidates stick on the road."""

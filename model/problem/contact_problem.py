@@ -5,6 +5,7 @@ What the forms and the geometry hand to the contact loop, and what can be saved 
 
 import zlib
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -20,9 +21,12 @@ DAMAGE: tuple[type[Exception], ...] = (ArithmeticError, AttributeError, BadZipFi
 DAMAGE += (MemoryError, OSError, RuntimeError, SyntaxError, TypeError, ValueError, zlib.error)
 
 
-@dataclass
+@dataclass(frozen=True)
 class ContactProblem:
     """Find u with A u = b + contact forces, non-penetration and a friction law at every candidate node.
+
+    Frozen: what varies from step to step is given to `ContactSolver.solve` and comes back in its Solution; a
+    problem with other values is `dataclasses.replace(problem, gap=...)`.
 
     Units are the user's own, as long as they agree (N, mm and MPa, say). N nodes, n candidates, d = 2 or 3.
 
@@ -72,9 +76,10 @@ class ContactProblem:
 
     def __post_init__(self) -> None:
         """Check at the door, so that the loop need not."""
-        self.coordinates = _finite("coordinates", np.atleast_2d(self.coordinates))
-        N, self.dim = self.coordinates.shape
-        d = self.dim
+        put = partial(object.__setattr__, self)  # the last to change anything
+        put("coordinates", _finite("coordinates", np.atleast_2d(self.coordinates)))
+        N, d = self.coordinates.shape
+        put("dim", d)
         if d not in (2, 3):
             raise ValueError(f"coordinates has {d} columns, but bodies have 2 or 3 dimensions.")
         if not issparse(self.A) or self.A.shape != (N * d, N * d):
@@ -82,11 +87,11 @@ class ContactProblem:
                 f"A must be a sparse ({N * d}, {N * d}) matrix for {N} nodes in {d}-D, "
                 f"but is {_describe(self.A)}."
             )
-        self.A = bsr_array(self.A, blocksize=(d, d))
+        put("A", bsr_array(self.A, blocksize=(d, d)))
         self.A.sort_indices()
         _finite("A", self.A.data)
-        self.b = shaped("b", self.b, (N, d))
-        self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
+        put("b", shaped("b", self.b, (N, d)))
+        put("contact_nodes", np.asarray(self.contact_nodes, dtype=np.int64).ravel())
         n = self.contact_nodes.size
         if n == 0:
             raise ValueError(
@@ -98,17 +103,17 @@ class ContactProblem:
             or np.unique(self.contact_nodes).size < n
         ):
             raise ValueError(f"contact_nodes must name different nodes from 0 to {N - 1}, each once.")
-        self.normal = shaped("normal", self.normal, (n, d))
+        put("normal", shaped("normal", self.normal, (n, d)))
         lengths = np.linalg.norm(self.normal, axis=1)
         worst = lengths[np.argmax(np.abs(lengths - 1.0))]
         if abs(worst - 1.0) > 1e-9:
             raise ValueError(f"normal must hold unit vectors, but one has length {worst:g}.")
-        self.gap = self.checked_gap(self.gap)
+        put("gap", self.checked_gap(self.gap))
         if self.friction is not None and not isinstance(self.friction, FrictionLaw):
-            self.friction = coulomb(self.friction)
+            put("friction", coulomb(self.friction))
         reference = np.zeros((n, d)) if self.tangential_reference is None else self.tangential_reference
-        self.tangential_reference = shaped("tangential_reference", reference, (n, d))
-        self.prolongations = tuple(csr_array(P) for P in self.prolongations)
+        put("tangential_reference", shaped("tangential_reference", reference, (n, d)))
+        put("prolongations", tuple(csr_array(P) for P in self.prolongations))
         rows = N
         for level, P in enumerate(self.prolongations):
             if P.shape[0] != rows:

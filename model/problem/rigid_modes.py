@@ -7,6 +7,7 @@ from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from model.node_loop.contact_sweep import frames
+from model.node_loop.status import Status
 
 BALANCE = 1e-9  # of the load: what NNLS leaves of a load that is balanced is below it by a factor of ten
 LANDINGS = 100  # nodes that may arrive one after the other; the solver goes on from anywhere
@@ -172,6 +173,30 @@ class RigidModes:
             amplitudes += time * left
             gap = gap + time * speed
         return amplitudes
+
+    def loose(self, frame: np.ndarray, status: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+        """Amplitudes (m, z) of the modes that leave in place all nodes that press on the road.
+
+        Parameters
+        ----------
+        frame : (n, d, d)
+        status, pressure : (n,)
+            Nodes that slip may move along the road, nodes that stick may not.
+        """
+        if not self.count:
+            return np.zeros((0, 0))
+        pressed = pressure > SEEN * pressure.max(initial=0.0)
+        at = self.at(self.nodes)
+        sticks = pressed & (status == Status.STICK)
+        held = np.concatenate(
+            [
+                np.einsum("ca,cam->cm", frame[pressed, 0], at[pressed]),
+                at[sticks].reshape(-1, self.count),
+                np.zeros((self.count, self.count)),
+            ]
+        )
+        _, sizes, directions = np.linalg.svd(held)
+        return directions[sizes < 1e-8 * np.abs(at).max()].T
 
     def _unbalanced(self, b: np.ndarray, work: np.ndarray, tolerance: float) -> np.ndarray:
         """What forces that do such work (k, m) on the modes leave of a load (N, d) at best, (m,).

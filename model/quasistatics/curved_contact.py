@@ -102,9 +102,12 @@ class CurvedContact:
         rounds: list[Solution] = []
         options["start"] = start
         while len(rounds) < ROUNDS:
-            solver.update_normals(planes.normal, planes.gaps(points))
             solution = solver.solve(
-                tangential_reference=planes.anchor - points, tolerance=tolerance, **options
+                normal=planes.normal,
+                gap=planes.gaps(points),
+                tangential_reference=planes.anchor - points,
+                tolerance=tolerance,
+                **options,
             )
             rounds.append(solution)
             u, status = solution.displacement, solution.status
@@ -157,8 +160,7 @@ class CurvedContact:
             solution = self.solve(road.at(time), tangential_reference=sticking, b=b, **options)
             yield solution
             reference = solution.displacement[nodes]
-            options |= {"start": solution.displacement, "start_status": solution.status}
-            self.solver.state = np.asarray(solution.status == Status.SLIP, dtype=np.float64)
+            options |= solution.next_start()
 
 
 def softness(loop: Any) -> np.ndarray:

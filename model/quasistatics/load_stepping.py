@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from model.node_loop.status import Status
 from model.solvers.contact_solver import ContactSolver, Solution
 
 
@@ -37,17 +36,9 @@ def follow(
         One a step.
     """
     nodes = solver.problem.contact_nodes
-    reference, start, status = solver.problem.tangential_reference, None, None
+    reference, options = solver.problem.tangential_reference, {"tolerance": tolerance, **options}
     for b in loads:
-        solution = solver.solve(
-            b,
-            tangential_reference=reference,
-            start=start,
-            start_status=status,
-            tolerance=tolerance,
-            **options,
-        )
+        solution = solver.solve(b, tangential_reference=reference, **options)
         yield solution
-        start, status = solution.displacement, solution.status
-        reference = start[nodes]
-        solver.state = np.asarray(status == Status.SLIP, dtype=np.float64)
+        reference = solution.displacement[nodes]
+        options |= solution.next_start()

@@ -11,9 +11,10 @@ import numpy as np
 from model.checks import positive
 from model.node_loop.blocks import block_matrix
 from model.node_loop.node_loop import NodeLoop, length
+from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem, shaped
 from model.problem.rigid_modes import BALANCE, RigidModes
-from model.solvers.convergence_record import NotConverged, Record
+from model.solvers.convergence_record import Record
 from model.solvers.diagnosis import likely_causes
 from model.solvers.iterative_refinement import gap_at, missing_at, rounding_floor
 from model.solvers.smoothed_aggregation import algebraic
@@ -61,6 +62,8 @@ class Solution:
     pressure_force: np.ndarray
     gap: np.ndarray
     status: np.ndarray
+    state: np.ndarray
+    unique: bool
     residual: float
     history: np.ndarray
     correction: str
@@ -71,6 +74,10 @@ class Solution:
     setup_seconds: float
     peak_memory: int
     time: float | None = None
+
+    def next_start(self) -> dict[str, np.ndarray]:
+        """Return what the next step of a path takes over: first guess, statuses, and who slipped."""
+        return {"start": self.displacement, "start_status": self.status, "slipped": self.state}
 
     def cost(self) -> dict[str, float]:
         """Return what the solve cost, set-up included, for `Scene.cost`."""
@@ -143,10 +150,6 @@ class ContactSolver:
         self.correction = self._make(correction)
         self.setup_seconds = perf_counter() - began
         self._unpaid = self.setup_seconds
-        self.u = np.zeros((N, problem.dim))
-        self.gap = problem.gap
-        self.state = np.zeros(problem.contact_nodes.size)
-        self._planes_follow = False
 
     def _make(self, correction: str) -> Any:
         problem, loop = self.problem, self.loop
@@ -165,16 +168,6 @@ class ContactSolver:
             return algebraic(problem.A, loop, self.rigid)
         return Condensation(problem.A, loop, self.rigid)
 
-    def update_normals(self, normal: np.ndarray, gap: np.ndarray) -> None:
-        """Give every candidate a new plane.
-
-        Its unit normal (n, d), and its distance (n,) at zero displacement, of any sign.
-        """
-        self.loop.update_normals(normal)
-        self._planes_follow = True
-        self.gap = np.asarray(gap, dtype=np.float64)
-        self.correction.update_normals()
-
     def solve(
         self,
         b: np.ndarray | None = None,
@@ -182,6 +175,8 @@ class ContactSolver:
         tangential_reference: np.ndarray | None = None,
         start: np.ndarray | None = None,
         start_status: np.ndarray | None = None,
+        slipped: np.ndarray | None = None,
+        normal: np.ndarray | None = None,
         tolerance: float = 1e-10,
         limit: int = 100_000,
         slip_rate: float = 1.0,
@@ -196,6 +191,11 @@ class ContactSolver:
             First guess; default zero.
         start_status : (n,), optional
             Statuses to start from; nodes in contact are placed on the road first.
+        slipped : (n,), optional
+            1 where a node slipped at the end of the last step, for friction laws that ask: the `state` of the
+            last Solution. Default 0.
+        normal : (n, d), optional
+            Unit normals of other planes than the problem's; gaps may then have any sign.
         tolerance : float
             Natural residual to reach.
         limit : int
@@ -212,56 +212,60 @@ class ContactSolver:
         NotConverged
             With residual, history and counts, if the tolerance is not reached.
         ValueError
-            If an argument is not finite or does not fit, a node starts below the road, or nothing can hold
-            the body against the load.
+            If an argument is not finite or does not fit, a node starts below the road or is prescribed a
+            place there, or nothing can hold the body against the load.
         """
         began = perf_counter()
         problem, loop = self.problem, self.loop
         positive(tolerance=tolerance, limit=limit, slip_rate=slip_rate)
-        if b is None:
-            b = problem.b
-        else:
-            b = shaped("b", b, loop.shape)
-            if not self._planes_follow:  # on a curved road others may hold the body in the end
-                self.rigid.require_balance(b, problem.normal, problem.friction_coefficient, BALANCE)
-        gap = self.gap if gap is None else problem.checked_gap(gap)
+        n = problem.contact_nodes.size
+        load = problem.b if b is None else shaped("b", b, loop.shape)
+        if gap is None:
+            gap = problem.gap
+        else:  # the distance to a plane that the road touches elsewhere may be negative
+            gap = problem.checked_gap(gap) if normal is None else shaped("gap", gap, (n,))
         if tangential_reference is None:
             tangential_reference = problem.tangential_reference
-        reference = shaped("tangential_reference", tangential_reference, loop.force.shape)
-        loop.slip_rate = slip_rate
-        loop.set_load(b, gap, reference, self.state)
+        reference = shaped("tangential_reference", tangential_reference, (n, problem.dim))
+        state = np.zeros(n) if slipped is None else shaped("slipped", slipped, (n,))
+        if normal is None and b is not None:  # on a curved road others may hold the body in the end
+            self.rigid.require_balance(load, problem.normal, problem.friction_coefficient, BALANCE)
         u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
+        normal = problem.normal if normal is None else normal
+        self.take_planes(normal)
+        loop.prescribe(load, u)
+        self._require_room(u, gap, normal)
+        loop.slip_rate, first = slip_rate, loop.sweeps
+        loop.set_load(load, gap, reference, state)
         status = loop.start(u, start_status)
-        first = loop.sweeps
         record = self._record(u, status, first, tolerance, limit)
+        self.correction.solve(u, status, record)
         base = np.zeros_like(u)
-        try:
-            self.correction.solve(u, status, record)
-        except NotConverged:
-            if rounding_floor(loop.A, u, loop.load_size + length(loop.force)) < 0.1 * tolerance:
-                raise
-            base[:] = u
-            there = base[loop.nodes]
+        while record.rounded:
+            base, before = base + u, record.history
             loop.set_load(
-                missing_at(problem.A, b, base),
-                gap_at(gap, loop.frame[:, 0], there),
-                reference - there,
-                self.state,
+                missing_at(problem.A, load, base),
+                gap_at(gap, loop.normal, base[loop.nodes]),
+                reference - base[loop.nodes],
+                state,
             )
             u[:] = 0.0
             status[:] = loop.start(u, status)
-            record = self._record(u, status, first, tolerance, limit, record.history)
+            record = self._record(u, status, first, tolerance, limit, before)
+            record.best = min(before)
             self.correction.solve(u, status, record)
-        frame = loop.frame
         seconds = perf_counter() - began
         spent = seconds + self._unpaid
         setup, self._unpaid = self._unpaid, 0.0
+        force, pressure = loop.reaction()
         return Solution(
             displacement=base + u,
-            contact_force=loop.force.copy(),
-            pressure_force=np.maximum(np.einsum("ca,ca->c", frame[:, 0], loop.force), 0.0),
-            gap=loop.gaps(u, status),
+            contact_force=force,
+            pressure_force=pressure,
+            gap=loop.part * loop.gaps(u, status),
             status=status,
+            state=np.asarray(status == Status.SLIP, dtype=np.float64),
+            unique=not self.rigid.loose(loop.frame, status, pressure).shape[1],
             residual=record.history[-1],
             history=np.array(record.history),
             correction=self.correction.name,
@@ -272,6 +276,30 @@ class ContactSolver:
             setup_seconds=setup,
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
         )
+
+    def take_planes(self, normal: np.ndarray) -> None:
+        """Give every candidate a plane by its unit normal (n, d), unless it has it."""
+        if not np.array_equal(normal, self.loop.normal):
+            self.loop.update_normals(normal)
+            self.correction.update_normals()
+
+    def _require_room(self, u: np.ndarray, gap: np.ndarray, normal: np.ndarray) -> None:
+        """Refuse a node that is prescribed a place below the road."""
+        loop, problem = self.loop, self.problem
+        still = loop.cannot_move | loop.uncoupled[loop.nodes].all(axis=1)
+        if loop.uncoupled.all() or not still.any():  # a diagonal matrix prescribes nothing
+            return
+        there = u[loop.nodes]
+        depth = -(gap + np.einsum("ca,ca->c", normal, there))
+        depth[~still] = 0.0
+        worst = int(np.argmax(depth))
+        size = np.abs(problem.coordinates).max() + np.ptp(problem.coordinates, axis=0).max()
+        if depth[worst] > 1e-12 * size:
+            raise ValueError(
+                f"Node {loop.nodes[worst]} is prescribed the displacement "
+                f"({', '.join(f'{x:.6g}' for x in there[worst])}), which is {depth[worst]:g} below the road; "
+                "prescribe one that leaves it above, or leave it free."
+            )
 
     def _record(
         self,
@@ -290,7 +318,8 @@ class ContactSolver:
             lambda: loop.sweeps - first,
             self.progress,
             lambda tests: likely_causes(loop, u, status, tests, tolerance, name),
-            list(history),
+            lambda: rounding_floor(loop.A, u, loop.load_size + length(loop.force)),
+            history=list(history),
         )
 
 

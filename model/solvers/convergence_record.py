@@ -39,11 +39,15 @@ class Record:
         Show a bar on a terminal when the solve takes over two seconds.
     causes : callable
         From the history to what may have gone wrong, for the message of NotConverged.
+    floor : callable
+        Residual that the rounding of the present displacement may leave.
 
     Attributes
     ----------
     patience : int
         Residual tests without progress that are enough; fewer for a correction that is exact.
+    rounded : bool
+        The solve has come as far as the digits of the displacement let it.
     """
 
     tolerance: float
@@ -51,12 +55,14 @@ class Record:
     sweeps: Callable[[], int]
     progress: bool = True
     causes: Callable[[list[float]], list[str]] = lambda history: []
+    floor: Callable[[], float] = lambda: 0.0
     history: list[float] = field(default_factory=list)
     cycles: int = 0
     began: float = field(default_factory=perf_counter)
     best: float = np.inf
     idle: int = 0
     patience: int = IDLE
+    rounded: bool = False
 
     def __post_init__(self) -> None:
         """Open the bar, unseen for two seconds and wherever the output is not a terminal."""
@@ -65,7 +71,7 @@ class Record:
         )
 
     def finished(self, residual: float) -> bool:
-        """Note a residual; True when it is below the tolerance.
+        """Note a residual; True when it is below the tolerance, or rounding lets it fall no further.
 
         Raises
         ------
@@ -86,6 +92,10 @@ class Record:
         if len(self.history) > self.limit:
             self.give_up(f"the limit of {self.limit} residual tests was reached")
         if self.idle >= self.patience:
+            if self.idle < len(self.history) and self.floor() >= 0.1 * self.tolerance:
+                self.bar.close()
+                self.rounded = True
+                return True
             self.give_up(f"the residual has not fallen for {self.patience} tests")
         return False
 

@@ -14,7 +14,7 @@ from scipy.sparse import bsr_array, csr_array
 
 from model.node_loop.blocks import BlockMatrix
 
-ROUNDING = 2e-16
+ROUNDING = float(np.finfo(np.float64).eps)
 
 
 def rounding_floor(A: BlockMatrix, u: np.ndarray, scale: float) -> float:

@@ -17,10 +17,10 @@ import numpy as np
 from numba import njit
 
 from model.node_loop.contact_sweep import FREE, SLIP
+from model.solvers.iterative_refinement import ROUNDING
 from model.solvers.projected_search import projected_search
 
 STEPS = 200  # several times the most that everyday scenes have taken (20)
-ROUNDING = 2.2e-16
 
 
 @njit(cache=True, error_model="numpy")

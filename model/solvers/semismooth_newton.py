@@ -31,8 +31,9 @@ from model.node_loop.contact_sweep import (
 )
 from model.node_loop.friction_laws import SIGNATURE, FrictionLaw, allowed
 from model.node_loop.natural_residual import natural_residual
+from model.solvers.iterative_refinement import ROUNDING
 from model.solvers.pivoting import contact_by_pivoting
-from model.solvers.projected_newton import ROUNDING, free_modes, project_newton
+from model.solvers.projected_newton import free_modes, project_newton
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
 PATIENCE = 20  # chains and convex problems without half the residual

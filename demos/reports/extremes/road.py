@@ -1,5 +1,6 @@
 """Road: tilted by any angle, far away, and a start that hardly is one."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -68,8 +69,8 @@ def far_away_rounded(away, mu):
 def hardly_a_gap(gap, mu):
     """As without."""
     scene = cylinder(displacement=(0.004, -0.01), friction=mu)
-    scene.problem.gap = scene.problem.gap + gap
-    solution = solve(scene.problem, "direct", tolerance=1e-13)
+    problem = replace(scene.problem, gap=scene.problem.gap + gap)
+    solution = solve(problem, "direct", tolerance=1e-13)
     return same(solution, upright(mu)), solution.residual
 
 

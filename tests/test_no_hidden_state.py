@@ -1,0 +1,102 @@
+"""A solver remembers nothing that a solution depends on; prescribed displacements are what they are."""
+
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pytest
+
+from forms import Elasticity, Isotropic, Support
+from geometry import Body, Plane, rectangle
+from model import (
+    BodyOnRoad,
+    ContactSolver,
+    Status,
+    coulomb,
+    follow,
+    solve,
+    static_kinetic,
+    stribeck,
+    viscous,
+)
+
+ELASTICITY = Elasticity(Body.from_grid(rectangle(1.0, 0.5, 4, 2), refinements=1), Isotropic(1.0, 0.3))
+LAWS = {
+    "none": None,
+    "coulomb": coulomb(0.4),
+    "static_kinetic": static_kinetic(0.5, 0.2),
+    "stribeck": stribeck(0.5, 0.2, 1e-3),
+    "viscous": viscous(0.3, 0.1),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("correction", ["none", "direct", "algebraic", "multigrid"])
+def test_two_runs_with_one_solver_are_two_runs_with_two(law, correction):
+    push, pull = (ELASTICITY.body_force(force) for force in ((0.0, -0.05), (0.03, 0.0)))
+    system = Support(ELASTICITY.body).fix("top", x=0.0, y=0.0).apply(ELASTICITY.stiffness(), push)
+    problem = BodyOnRoad(ELASTICITY, system, Plane(), "bottom", LAWS[law]).problem
+    held = ELASTICITY.body.nodes("top")
+    push[held], pull[held] = 0.0, 0.0
+    loads = [push, push + pull, push + 1.2 * pull, push - pull]
+    one = ContactSolver(problem, correction, progress=False)
+    runs = [list(follow(one, loads, tolerance=1e-9)) for _ in range(2)]
+    runs.append(list(follow(ContactSolver(problem, correction, progress=False), loads, tolerance=1e-9)))
+    assert np.any(runs[0][1].status == Status.SLIP)
+    for other in runs[1:]:
+        for a, b in zip(runs[0], other, strict=True):
+            assert np.array_equal(a.displacement, b.displacement)
+            assert np.array_equal(a.contact_force, b.contact_force)
+            assert np.array_equal(a.state, b.state)
+
+
+def test_a_problem_is_frozen():
+    problem = solve_block(x=0.0)[0]
+    with pytest.raises(FrozenInstanceError):
+        problem.gap = problem.gap + 1.0
+
+
+def solve_block(**left):
+    """A block on the road, its left side prescribed."""
+    support = Support(ELASTICITY.body).fix("top", x=0.0, y=-0.01).fix("left", **left)
+    system = support.apply(ELASTICITY.stiffness(), np.zeros_like(ELASTICITY.body.coordinates))
+    return BodyOnRoad(ELASTICITY, system, Plane(), "bottom").problem, system
+
+
+def test_a_node_prescribed_below_the_road_is_refused():
+    with pytest.raises(ValueError, match=r"Node \d+ is prescribed .*-0.01\).* 0.01 below the road"):
+        solve(solve_block(x=0.0, y=-0.01)[0])
+
+
+@pytest.mark.parametrize("correction", ["none", "direct", "algebraic"])
+@pytest.mark.parametrize("tilt", [0.0, 0.2])
+@pytest.mark.parametrize("friction", [None, 0.3])
+def test_prescribed_components_stay_where_nodes_touch(correction, tilt, friction):
+    support = Support(ELASTICITY.body).fix("top", y=-0.03).fix("left", x=0.004)
+    system = support.apply(ELASTICITY.stiffness(), np.zeros_like(ELASTICITY.body.coordinates))
+    road = Plane((0.0, 0.0), (tilt, 1.0))
+    problem = BodyOnRoad(ELASTICITY, system, road, "bottom", friction, reach=1.0).problem
+    solution = solve(problem, correction, tolerance=1e-9)
+    left = ELASTICITY.body.nodes("left")
+    assert np.abs(solution.displacement[left, 0] - 0.004).max() < 1e-14
+    force = problem.A @ solution.displacement.ravel() - problem.b.ravel()
+    force = force.reshape(-1, 2)
+    force[problem.contact_nodes] -= solution.contact_force
+    force[left, 0] = 0.0  # what the support does beyond its row
+    force[ELASTICITY.body.nodes("top"), 1] = 0.0
+    assert np.abs(force).max() < 1e-8 * np.abs(solution.contact_force).max()
+    at = problem.gap + np.einsum("ca,ca->c", problem.normal, solution.displacement[problem.contact_nodes])
+    assert np.abs(np.where(solution.status == Status.FREE, at - solution.gap, at)).max() < 1e-12
+
+
+def test_a_body_that_may_tip_says_that_its_place_is_one_of_many():
+    body = ELASTICITY.body
+    load = np.zeros_like(body.coordinates)
+    load[body.nearest_node((0.0, 0.5))] = (0.0, -1e-6)
+    support = Support(body).fix_node(body.nearest_node((0.0, 0.5)), x=0.0)
+    system = support.apply(ELASTICITY.stiffness(), load)
+    corner = BodyOnRoad(ELASTICITY, system, Plane(), "bottom").problem
+    solution = solve(corner, "direct")
+    assert np.count_nonzero(solution.pressure_force) == 1
+    assert not solution.unique
+    held = solve(solve_block(x=0.0)[0], "direct")
+    assert held.unique
