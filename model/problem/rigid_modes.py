@@ -111,30 +111,6 @@ class RigidModes:
         N, d = self.coordinates.shape
         return self.modes.reshape(N, d, -1)[nodes]
 
-    def require_resistance(self, normal: np.ndarray, mu: float) -> None:
-        """Refuse a body with a mode that no candidate can resist.
-
-        Parameters
-        ----------
-        normal : (n, d)
-        mu : float
-            Coefficient of friction.
-
-        Raises
-        ------
-        ValueError
-            Naming the motion.
-        """
-        if not self.count:
-            return
-        _, sizes, directions = np.linalg.svd(self._work(normal, mu), full_matrices=True)
-        resisted = int(np.sum(sizes > SEEN * sizes.max(initial=1e-300)))
-        if resisted < self.count:
-            raise ValueError(
-                f"Neither supports nor the road resist {self._in_words(directions[resisted])}; "
-                "fix the body against it or give the road friction."
-            )
-
     def require_balance(self, b: np.ndarray, normal: np.ndarray, mu: float, tolerance: float) -> None:
         """Refuse a load (N, d) that the road, with normals (n, d), cannot balance on the modes.
 

@@ -143,8 +143,6 @@ class ContactSolver:
         began = perf_counter()
         self.problem, self.progress = problem, progress
         self.rigid = RigidModes(problem.A, problem.coordinates, problem.contact_nodes)
-        self.rigid.require_resistance(problem.normal, problem.friction_coefficient)
-        self.rigid.require_balance(problem.b, problem.normal, problem.friction_coefficient, BALANCE)
         A = block_matrix(problem.A)
         self.loop = NodeLoop(A, problem.contact_nodes, problem.normal, problem.friction, order)
         self.correction = self._make(correction)
@@ -228,7 +226,7 @@ class ContactSolver:
             tangential_reference = problem.tangential_reference
         reference = shaped("tangential_reference", tangential_reference, (n, problem.dim))
         state = np.zeros(n) if slipped is None else shaped("slipped", slipped, (n,))
-        if normal is None and b is not None:  # on a curved road others may hold the body in the end
+        if normal is None:  # on a curved road others may hold the body in the end
             self.rigid.require_balance(load, problem.normal, problem.friction_coefficient, BALANCE)
         u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
         normal = problem.normal if normal is None else normal

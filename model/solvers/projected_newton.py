@@ -50,7 +50,7 @@ def free_modes(G, held):
 
 
 @njit(cache=True, error_model="numpy")
-def project_newton(arrays, contact, c, u, status, force, tolerance):
+def project_newton(arrays, contact, c, u, status, force, slight):
     """Fill v = u (k, 1), status (k,) and the forces (k, 1) of the road with the solution.
 
     Parameters
@@ -63,8 +63,8 @@ def project_newton(arrays, contact, c, u, status, force, tolerance):
         Load.
     u, status
         First guess: v counts where it is admissible, nodes in contact are placed on the road.
-    tolerance : float
-        Part of the load that is taken for rounding where it drives a mode.
+    slight : float
+        Force that is taken for rounding where it drives a mode.
     """
     S, G, v, k = arrays.S, arrays.G, u[:, 0], u.shape[0]
     for j in range(k):
@@ -73,14 +73,13 @@ def project_newton(arrays, contact, c, u, status, force, tolerance):
     r, whole = np.empty((k, 1)), False
     direction, product = np.empty((k, 1)), np.empty((k, 1))
     for _ in range(STEPS):
-        released, size = 0, 0.0
+        released = 0
         for j in range(k):
             s, rounding = c[j], abs(c[j])
             for i in range(k):
                 s -= S[j, i] * v[i]
                 rounding += abs(S[j, i] * v[i])
             r[j, 0] = s
-            size += rounding**2
             if status[j] != FREE and s > 4 * ROUNDING * rounding:
                 status[j] = FREE
                 released += 1
@@ -91,12 +90,12 @@ def project_newton(arrays, contact, c, u, status, force, tolerance):
         N = free_modes(G, ~free)
         drive = N.T @ r[numbers, 0]
         direction[:], product[:] = 0.0, 0.0
-        driven = np.sqrt(np.sum(drive**2)) > tolerance * np.sqrt(size)
+        driven = np.sqrt(np.sum(drive**2)) > slight
         if driven:
             direction[numbers, 0] = N @ drive
         else:
             inside = np.empty((numbers.size, numbers.size))
-            largest = 0.0
+            largest = 1e-300
             for row in range(numbers.size):
                 largest = max(largest, S[numbers[row], numbers[row]])
                 for column in range(numbers.size):

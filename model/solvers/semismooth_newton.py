@@ -104,6 +104,7 @@ class SmallProblem:
         status: np.ndarray,
         slip_rate: float,
         tolerance: float,
+        slight: float,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Find the forces that the nodes miss, all others in equilibrium.
 
@@ -128,6 +129,8 @@ class SmallProblem:
         tolerance : float
             Natural residual at which to stop; rounding may stop it earlier, which the caller's own residual
             will tell.
+        slight : float
+            Force that is taken for rounding where it drives a rigid mode.
 
         Returns
         -------
@@ -154,6 +157,7 @@ class SmallProblem:
             held_bound.address,
             slip_rate,
             tolerance,
+            slight,
         )
         return force, pins
 
@@ -237,6 +241,7 @@ def solve_active(
     held,
     slip_rate,
     tolerance,
+    slight,
 ):
     """Fill `force` (k, d), `pins` and the status (n,) of the active candidates, in global components."""
     k, s = arrays.block.shape[:2]
@@ -266,9 +271,9 @@ def solve_active(
     contact = Candidates(arrays.nodes, arrays.number, arrays.frame, arrays.block, gaps, reference, state)
     if bound is None:
         move[:, 0] = after[active] - gaps
-        project_newton(arrays, contact, b[:, 0], move, decided, found, tolerance)
+        project_newton(arrays, contact, b[:, 0], move, decided, found, slight)
     else:
-        solve_small(arrays, contact, b, move, decided, found, bound, held, slip_rate, tolerance)
+        solve_small(arrays, contact, b, move, decided, found, bound, held, slip_rate, tolerance, slight)
     for q in range(power.size):
         pins[q] = 0.0
         for e in range(power.size):
@@ -409,7 +414,7 @@ def part_until_rest(S, contact, u, R, force, status, numbers, step):
 
 
 @njit(cache=True, error_model="numpy")
-def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, tolerance):
+def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     """Step (k d,) for the unknowns that are linear at present, friction following the pressure and slip."""
     S, d = arrays.S, u.shape[1]
     numbers, whole = linear_unknowns(status, d), np.zeros(u.size)
@@ -425,7 +430,7 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, toleranc
         largest = max(largest, abs(J[row, row]))
     N = free_modes(arrays.G, fixed)
     drive = N.T @ missing
-    if np.sum(drive**2) > (tolerance * np.sum(force**2) ** 0.5) ** 2 + (1e-3 * np.sum(missing**2)):
+    if np.sum(drive**2) > slight**2 + 1e-3 * np.sum(missing**2):
         step = N @ drive
         part = part_until_next(contact, u, status, numbers, step)
     else:
@@ -473,7 +478,7 @@ def corrected(arrays, contact, u, status, step):
 
 
 @njit(cache=True, error_model="numpy")
-def descend(arrays, contact, b, u, status, R, force, held, slip_rate, tolerance):
+def descend(arrays, contact, b, u, status, R, force, held, slip_rate, tolerance, slight):
     """Solve with the friction bounds held in contact.state, a convex problem.
 
     Sweeps lower the energy, and so does as much of Newton's step as does: truncated nonsmooth Newton.
@@ -484,7 +489,7 @@ def descend(arrays, contact, b, u, status, R, force, held, slip_rate, tolerance)
         if residual <= tolerance:
             break
         least, rounding = energy(arrays, contact, b, u)
-        step = newton_step(arrays, contact, u, status, R, force, held, slip_rate, tolerance)
+        step = newton_step(arrays, contact, u, status, R, force, held, slip_rate, slight)
         for _ in range(HALVINGS):
             trial, decided = corrected(arrays, contact, u, status, step)
             if energy(arrays, contact, b, trial)[0] < least + rounding:
@@ -494,7 +499,7 @@ def descend(arrays, contact, b, u, status, R, force, held, slip_rate, tolerance)
 
 
 @njit(cache=True, error_model="numpy")
-def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, tolerance):
+def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, tolerance, slight):
     """Fill u (k, d), status (k,) and force (k, d) with the solution, status being the first guess as well."""
     R = np.empty_like(u)
     place_all_on_surface(contact, u, status)
@@ -503,7 +508,7 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
     while best > tolerance and idle < PATIENCE:
         trial, decided, after = u, status, best
         for _ in range(CHAIN):
-            step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, tolerance)
+            step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
             trial, decided = corrected(arrays, contact, trial, decided, step)
             sweep(arrays, contact, b, trial, decided, bound, slip_rate)
             after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
@@ -519,13 +524,13 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
                 slip = np.sqrt(np.sum((u[c, 1:] - contact.reference[c]) ** 2)) if status[c] == SLIP else 0.0
                 bounds[c] = allowed(bound, force[c, 0], slip_rate * slip, contact.state[c])
             convex = with_state(contact, bounds)
-            descend(arrays, convex, b, trial, decided, R, force, held, slip_rate, 0.1 * best)
+            descend(arrays, convex, b, trial, decided, R, force, held, slip_rate, 0.1 * best, slight)
             after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
         idle = 0 if after < 0.5 * lowest else idle + 1
         lowest = min(after, lowest)
         u[:], status[:], best = trial, decided, after
     if u.shape[1] == 2 and best > tolerance and best > rounding_of(arrays, b, u, force):
-        try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, tolerance)
+        try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, slight)
     judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
 
 
@@ -552,7 +557,7 @@ def with_state(contact, state):
 
 
 @njit(cache=True, error_model="numpy")
-def try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, tolerance):
+def try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, slight):
     """Start anew from what pivoting finds for the coefficients of friction at hand; keep the better end."""
     mu = np.empty(status.size)
     for c in range(mu.size):
@@ -567,5 +572,5 @@ def try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best
         if after < best:
             u[:], status[:], best = trial, trial_status, after
         trial += newton_step(
-            arrays, contact, trial, trial_status, R, force, bound, slip_rate, tolerance
+            arrays, contact, trial, trial_status, R, force, bound, slip_rate, slight
         ).reshape(u.shape)

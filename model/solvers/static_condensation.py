@@ -35,6 +35,7 @@ from model.solvers.factorisation import factorised
 from model.solvers.semismooth_newton import SmallProblem
 
 HARD = 1e4  # times the softest unknown; it costs as many digits as it has
+SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
 IDLE = 8  # cycles without progress that are enough: each is exact but for rounding
 NEAR = 1e-6  # of the largest gap: who is so near to the road once the body has landed may touch
 NOBODY = np.zeros(0, dtype=np.int64)
@@ -196,6 +197,7 @@ class Condensation:
         gap, after = np.empty(status.size), np.empty(status.size)
         largest, lowest, count = gaps_without(contact, u, free, status, gap, after, selected)
         tiny = 1e-14 * largest
+        slight = max(tolerance, SLIGHT) * (loop.load_size + float(np.linalg.norm(known)))
         solved, force, pins = count == 0 and self.pins.size == 0, known[:0], self._nothing
         while not solved or lowest < -tiny:
             if solved:
@@ -203,7 +205,7 @@ class Condensation:
                 selected[below[np.argsort(after[below])[: max(8, int(selected.sum()))]]] = True
             active = self._set_up(np.flatnonzero(selected))
             force, pins = self.small.solve(
-                contact, active, u, free, power, gap, after, known, status, loop.slip_rate, tolerance
+                contact, active, u, free, power, gap, after, known, status, loop.slip_rate, tolerance, slight
             )
             after[:] = gap
             if pins.size:
