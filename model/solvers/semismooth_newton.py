@@ -466,13 +466,22 @@ def part_until_next(contact, u, status, numbers, step):
 
 
 @njit(cache=True, error_model="numpy")
-def corrected(arrays, contact, u, status, step):
-    """Displacement and status after a step (k d,): who arrives sticks a priori, the next sweep decides."""
+def corrected(contact, u, status, step, bound):
+    """Displacement and status after a step (k d,).
+
+    Who arrives on the road sticks if the way to where it would stick takes no more than friction gives, with
+    its neighbours at rest, as `place_on_road` has it; the next sweep decides.
+    """
     trial, decided = u + step.reshape(u.shape), status.copy()
-    place_all_on_surface(contact, trial, decided)
     for c in range(status.size):
-        if status[c] == FREE and decided[c] != FREE:
-            decided[c] = STICK
+        if status[c] != FREE or contact.gap[c] + trial[c, 0] >= 0.0:
+            continue
+        way = -trial[c]
+        way[0] -= contact.gap[c]
+        way[1:] += contact.reference[c]
+        force = contact.block[c] @ way
+        sticks = np.sum(force[1:] ** 2) <= allowed(bound, max(force[0], 0.0), 0.0, contact.state[c]) ** 2
+        decided[c] = STICK if sticks else SLIP
     place_all_on_surface(contact, trial, decided)
     return trial, decided
 
@@ -491,7 +500,7 @@ def descend(arrays, contact, b, u, status, R, force, held, slip_rate, tolerance,
         least, rounding = energy(arrays, contact, b, u)
         step = newton_step(arrays, contact, u, status, R, force, held, slip_rate, slight)
         for _ in range(HALVINGS):
-            trial, decided = corrected(arrays, contact, u, status, step)
+            trial, decided = corrected(contact, u, status, step, held)
             if energy(arrays, contact, b, trial)[0] < least + rounding:
                 u[:], status[:] = trial, decided
                 break
@@ -505,11 +514,12 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
     place_all_on_surface(contact, u, status)
     best = judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
     idle, lowest = 0, best
+    kept, kept_status = u.copy(), status.copy()
     while best > tolerance and idle < PATIENCE:
         trial, decided, after = u, status, best
         for _ in range(CHAIN):
             step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
-            trial, decided = corrected(arrays, contact, trial, decided, step)
+            trial, decided = corrected(contact, trial, decided, step, bound)
             sweep(arrays, contact, b, trial, decided, bound, slip_rate)
             after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
             if after < best:
@@ -527,8 +537,10 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
             descend(arrays, convex, b, trial, decided, R, force, held, slip_rate, 0.1 * best, slight)
             after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
         idle = 0 if after < 0.5 * lowest else idle + 1
-        lowest = min(after, lowest)
         u[:], status[:], best = trial, decided, after
+        if best < lowest:
+            kept[:], kept_status[:], lowest = u, status, best
+    u[:], status[:], best = kept, kept_status, lowest
     if u.shape[1] == 2 and best > tolerance and best > rounding_of(arrays, b, u, force):
         try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, slight)
     judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
