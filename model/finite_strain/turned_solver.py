@@ -46,8 +46,7 @@ class TurnedSolver:
 
     def face(self, normal: np.ndarray) -> None:
         """Leave the loop with the road's normals (n, d), by which records tell pressure from friction."""
-        self.solver.loop.update_normals(normal)
-        self.solver.correction.update_normals()
+        self.solver.take_planes(normal)
 
 
 def mean_rotation(X: np.ndarray, x: np.ndarray) -> np.ndarray:

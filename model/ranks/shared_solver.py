@@ -97,7 +97,6 @@ class SharedSolver:
         n = problem.contact_nodes.size
         self.follow, self.support, self._supports = np.zeros((n, d)), np.zeros((n, d, d)), False
         self.status: np.ndarray | None = None
-        self.state = np.zeros(problem.contact_nodes.size)
         self.setup_seconds = perf_counter() - began
 
     def solve(
@@ -107,6 +106,7 @@ class SharedSolver:
         tangential_reference: np.ndarray | None = None,
         start: np.ndarray | None = None,
         start_status: np.ndarray | None = None,
+        slipped: np.ndarray | None = None,
         tolerance: float = 1e-10,
         limit: int = 1000,
     ) -> Solution:
@@ -134,7 +134,7 @@ class SharedSolver:
             trouble = str(error)
         problem.raise_on_all(trouble)
         assert b is not None and gap is not None
-        loop.set_load(b, gap, reference, self.state)
+        loop.set_load(b, gap, reference, slipped)
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
@@ -157,6 +157,7 @@ class SharedSolver:
             seconds=seconds,
             setup_seconds=self.setup_seconds,
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
+            state=np.asarray(status == Status.SLIP, dtype=np.float64),
         )
 
     def guess(
@@ -164,7 +165,7 @@ class SharedSolver:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return displacement (nodes held, d) and status (n,) after a few rounds; collective."""
         loop = self.loop
-        loop.set_load(b[: self.exchange.owned], gap, reference, self.state)
+        loop.set_load(b[: self.exchange.owned], gap, reference)
         u = np.zeros((len(b), b.shape[1]))
         status = loop.start(u, None)
         if self.first_guess is not None:

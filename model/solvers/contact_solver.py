@@ -55,6 +55,11 @@ class Solution:
         Largest resident size of the process so far, bytes.
     time : float or None
         Time (or load parameter) of load, supports and road, where `solve` or `follow` was given one.
+    state : (n,)
+        1 where a node slips, for the next step.
+    unique : bool
+        False where the body could move as a rigid one and leave all that presses on the road in place: the
+        displacement is then one of many.
     """
 
     displacement: np.ndarray
@@ -62,8 +67,6 @@ class Solution:
     pressure_force: np.ndarray
     gap: np.ndarray
     status: np.ndarray
-    state: np.ndarray
-    unique: bool
     residual: float
     history: np.ndarray
     correction: str
@@ -74,8 +77,10 @@ class Solution:
     setup_seconds: float
     peak_memory: int
     time: float | None = None
+    state: np.ndarray | None = None
+    unique: bool = True
 
-    def next_start(self) -> dict[str, np.ndarray]:
+    def next_start(self) -> dict[str, Any]:
         """Return what the next step of a path takes over: first guess, statuses, and who slipped."""
         return {"start": self.displacement, "start_status": self.status, "slipped": self.state}
 
