@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
@@ -26,6 +27,7 @@ Material = Isotropic | Anisotropic
 STIFFNESS_DEGREE = {"triangle": 0, "tetrahedron": 0, "quadrilateral": 2, "hexahedron": 2}
 MASS_DEGREE = {"triangle": 2, "tetrahedron": 2, "quadrilateral": 3, "hexahedron": 4}
 VOLUME_DEGREE = 2
+AROUND_DEGREE = 2  # more in axisymmetry
 
 
 class Elasticity:
@@ -35,7 +37,9 @@ class Elasticity:
     ----------
     body : Body
     material : one for the whole body, or {name of a region: material} for all of it
-    kinematics : "plane strain" (the default in the plane; per unit thickness), "plane stress", or "3d"
+    kinematics : "plane strain" (the default in the plane; per unit thickness), "plane stress", "3d", or
+        "axisymmetric": x is the distance from the axis, y along it, forces are those of the whole body of
+        revolution; fix x = 0 on the axis
     mean_dilatation : give each cell one dilatation, its mean, which keeps quadrilaterals and hexahedra from
         locking when the material is nearly incompressible (Nagtegaal, Parks & Rice, Comput. Methods Appl.
         Mech. Eng. 4, 1974; the Q1-P0 element with its pressure condensed)
@@ -73,6 +77,14 @@ class Elasticity:
         check_kinematics(kinematics)
         if (kinematics == "3d") != (body.dim == 3):
             raise ValueError(f"The kinematics {kinematics!r} does not fit a body in {body.dim} dimensions.")
+        self.axisymmetric = kinematics == "axisymmetric"
+        if self.axisymmetric and body.coordinates[:, 0].min() < -1e-12 * np.ptp(body.coordinates):
+            raise ValueError(
+                f"The body reaches to x = {body.coordinates[:, 0].min():g}; in axisymmetry x is the distance "
+                "from the axis, so that all of the body must have x >= 0."
+            )
+        if mean_dilatation and self.axisymmetric:
+            raise ValueError("A mean dilatation is not there for axisymmetric bodies; take nu up to 0.45.")
         if mean_dilatation and body.cell not in ("quadrilateral", "hexahedron"):
             raise ValueError(f"A mean dilatation is for quadrilaterals and hexahedra, not {body.cell}s.")
         self.body, self.kinematics, self.mean_dilatation = body, kinematics, mean_dilatation
@@ -112,7 +124,9 @@ class Elasticity:
             if density is None:
                 raise ValueError("Damping is for motion; give the density too.")
             C = self.damping(*damping, density)
-        return support.apply(self.stiffness(), load, mass, C, stress=self.stress)
+        system = support.apply(self.stiffness(), load, mass, C, stress=self.stress)
+        system.axisymmetric = self.axisymmetric
+        return system
 
     def stiffness(self) -> sparse.bsr_array:
         """Return K, (N dim, N dim) in dim x dim blocks: integral of strain(v) . C strain(u)."""
@@ -120,8 +134,9 @@ class Elasticity:
         C = np.array([material.matrix(self.kinematics) for material in self.materials])
         dx = self._dx(STIFFNESS_DEGREE[self.body.cell])
         if not self.mean_dilatation:
+            strain = self._strain_around if self.axisymmetric else _voigt
             return sparse.bsr_array(
-                assembly.matrix(ufl.inner(self._coefficient(C) * _voigt(v), _voigt(u)) * dx)
+                assembly.matrix(self._over(dx, ufl.inner(self._coefficient(C) * strain(v), strain(u))))
             )
         # The largest bulk modulus that leaves the rest positive semidefinite: Hooke's own if isotropic.
         trace = np.repeat([1.0, 0.0], [self.body.dim, C.shape[1] - self.body.dim])
@@ -135,7 +150,7 @@ class Elasticity:
         u, v = ufl.TrialFunction(self.V), ufl.TestFunction(self.V)
         rho = self._coefficient(self._densities(density))
         return sparse.bsr_array(
-            assembly.matrix(rho * ufl.inner(v, u) * self._dx(MASS_DEGREE[self.body.cell]))
+            assembly.matrix(self._over(self._dx(MASS_DEGREE[self.body.cell]), rho * ufl.inner(v, u)))
         )
 
     def damping(self, alpha: float, beta: float, density: float | Mapping[str, float]) -> sparse.bsr_array:
@@ -149,13 +164,13 @@ class Elasticity:
         """Return nodal forces (N, dim) of a force per volume, say density times gravity."""
         force = fem.Constant(self.body.mesh, self._vector(vector, "body force"))
         return assembly.vector(
-            ufl.inner(force, ufl.TestFunction(self.V)) * self._dx(MASS_DEGREE[self.body.cell])
+            self._over(self._dx(MASS_DEGREE[self.body.cell]), ufl.inner(force, ufl.TestFunction(self.V)))
         )
 
     def traction(self, name: str | Sequence[str], vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a force per area (in the plane, per length) on a boundary."""
         force = fem.Constant(self.body.mesh, self._vector(vector, "traction"))
-        return assembly.vector(ufl.inner(force, ufl.TestFunction(self.V)) * self._ds(name))
+        return assembly.vector(self._over(self._ds(name), ufl.inner(force, ufl.TestFunction(self.V))))
 
     def total_force(self, name: str | Sequence[str], vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a uniform traction on `name` whose sum is `vector`."""
@@ -166,7 +181,7 @@ class Elasticity:
     def boundary_mass(self, name: str | Sequence[str]) -> sparse.csr_array:
         """Return (N, N), the integral of v u over the boundary `name`, for pressures from nodal forces."""
         u, v = ufl.TrialFunction(self._scalar_space), ufl.TestFunction(self._scalar_space)
-        M = sparse.csr_array(assembly.matrix(v * u * self._ds(name)))
+        M = sparse.csr_array(assembly.matrix(self._over(self._ds(name), v * u)))
         M.eliminate_zeros()
         return M
 
@@ -182,11 +197,16 @@ class Elasticity:
         pairs = [(0, 0), (1, 1), (0, 1)] if dim == 2 else [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
         voigt = np.stack([strain[:, i, j] * (1 if i == j else 2) for i, j in pairs], axis=1)
         C = np.array([material.matrix(self.kinematics) for material in self.materials])
+        if self.axisymmetric:
+            around = (np.asarray(u)[cells, 0] / self.body.coordinates[cells, 0].mean(axis=1)[:, None]).mean(
+                axis=1
+            )
+            voigt, pairs = np.insert(voigt, 2, around, axis=1), [(0, 0), (1, 1), (2, 2), (0, 1)]
         values: np.ndarray = np.einsum("cij,cj->ci", C[self.material_of], voigt)
         stress: np.ndarray = np.zeros((len(cells), 3, 3))
         for (i, j), value in zip(pairs, values.T):
             stress[:, i, j] = stress[:, j, i] = value
-        if dim == 2:
+        if dim == 2 and not self.axisymmetric:
             rows = np.array([material.out_of_plane(self.kinematics) for material in self.materials])
             stress[:, 2, 2] = np.einsum("cj,cj->c", rows[self.material_of], voigt)
         return stress
@@ -259,10 +279,22 @@ class Elasticity:
         return value
 
     def _dx(self, degree: int) -> ufl.Measure:
-        return ufl.dx(metadata={"quadrature_degree": degree})
+        return ufl.dx(metadata={"quadrature_degree": degree + AROUND_DEGREE * self.axisymmetric})
 
     def _ds(self, name: str | Sequence[str]) -> ufl.Measure:
         return boundary_measure(self.body.mesh, self.body.facet_indices(name))
+
+    def _over(self, measure: ufl.Measure, integrand: Any) -> ufl.Form:
+        """Integral of an integrand, all around the axis in axisymmetry."""
+        if self.axisymmetric:
+            integrand = 2 * np.pi * ufl.SpatialCoordinate(self.body.mesh)[0] * integrand
+        return integrand * measure
+
+    def _strain_around(self, u: Any) -> Any:
+        """Strain rr, zz, around the axis, and rz as engineering shear strain."""
+        e = ufl.sym(ufl.grad(u))
+        r = ufl.SpatialCoordinate(self.body.mesh)[0]
+        return ufl.as_vector([e[0, 0], e[1, 1], u[0] / r, 2 * e[0, 1]])
 
 
 def _voigt(u):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-KINEMATICS = ("plane strain", "plane stress", "3d")
+KINEMATICS = ("plane strain", "plane stress", "axisymmetric", "3d")
 IN_PLANE = [0, 1, 5]
+AROUND = [0, 1, 2, 5]  # of axisymmetric strain: rr, zz, around the axis, rz
 OUT_OF_PLANE = [2, 3, 4]
 
 
@@ -41,7 +42,7 @@ class Isotropic:
         self.E, self.nu = float(E), float(nu)
 
     def matrix(self, kinematics: str) -> np.ndarray:
-        """Return the elasticity matrix, 3 x 3 for plane kinematics, 6 x 6 for "3d"."""
+        """Return the elasticity matrix: 3 x 3 in the plane, 4 x 4 if axisymmetric, 6 x 6 for "3d"."""
         check_kinematics(kinematics)
         E, nu = self.E, self.nu
         shear = E / (2 * (1 + nu))
@@ -51,7 +52,7 @@ class Isotropic:
             size = 2 if kinematics == "plane strain" else 3
             direct = 2 * shear * (np.eye(size) + nu / (1 - 2 * nu))
         size = len(direct)
-        C = np.zeros((3, 3) if size == 2 else (6, 6))
+        C = np.zeros({"3d": (6, 6), "axisymmetric": (4, 4)}.get(kinematics, (3, 3)))
         C[:size, :size] = direct
         C[range(size, len(C)), range(size, len(C))] = shear
         return C
@@ -92,14 +93,16 @@ class Anisotropic:
             raise ValueError(f"The elasticity matrix has the eigenvalue {smallest}; all must be positive.")
 
     def matrix(self, kinematics: str) -> np.ndarray:
-        """Return the elasticity matrix, 3 x 3 for plane kinematics, 6 x 6 for "3d"."""
+        """Return the elasticity matrix: 3 x 3 in the plane, 4 x 4 if axisymmetric, 6 x 6 for "3d"."""
         check_kinematics(kinematics)
         if len(self.C) == 3:
-            if kinematics == "3d":
+            if kinematics in ("3d", "axisymmetric"):
                 raise ValueError("A 3 x 3 elasticity matrix serves plane problems only; give 6 x 6 for 3-D.")
             return self.C
         if kinematics == "3d":
             return self.C
+        if kinematics == "axisymmetric":
+            return self.C[np.ix_(AROUND, AROUND)]
         plane = self.C[np.ix_(IN_PLANE, IN_PLANE)]
         if kinematics == "plane strain":
             return plane

@@ -13,6 +13,7 @@ from geometry import Body
 from geometry.body import narrow
 
 Value = float | Callable[[float], float]
+End = Callable[[float], Sequence[float]]
 
 
 class Support:
@@ -37,6 +38,9 @@ class Support:
         self.value = np.full(body.coordinates.shape, np.nan)
         self.moving: list[tuple[np.ndarray, int, Callable[[float], float], str]] = []
         self.platens: list[np.ndarray] = []
+        self.springs = np.zeros(body.coordinates.shape)
+        self.dashpots = np.zeros(body.coordinates.shape)
+        self.ends: list[tuple[np.ndarray, End]] = []
 
     def fix(
         self,
@@ -65,6 +69,44 @@ class Support:
                     f"The boundary {name!r} shares nodes with another platen; make them one boundary."
                 )
         self.platens.append(nodes)
+        return self
+
+    def spring(
+        self,
+        where: int | str | Sequence[str],
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        end: End | None = None,
+    ) -> Support:
+        """Tie a node or boundaries to the ground by springs along the axes.
+
+        Parameters
+        ----------
+        where : a node, or the name of a boundary, or several; over them the springs are spread evenly
+        x, y, z : stiffness of all together, force per length, >= 0
+        end : function of the time (or load parameter) that returns the displacement (dim,) of the springs'
+            other ends, which pull; default at rest
+
+        Examples
+        --------
+        >>> from geometry import Body, rectangle
+        >>> body = Body.from_grid(rectangle(width=2.0, height=1.0, columns=4, rows=2))
+        >>> pulled = Support(body).spring("right", x=50.0, end=lambda t: (0.1 * t, 0.0))
+        >>> float(pulled.springs.sum())
+        50.0
+        """
+        stiffness = self._spread(where, (x, y, z), "stiffness of the springs")
+        self.springs += stiffness
+        if end is not None:
+            self.ends.append((stiffness, end))
+        return self
+
+    def dashpot(
+        self, where: int | str | Sequence[str], x: float = 0.0, y: float = 0.0, z: float = 0.0
+    ) -> Support:
+        """Tie a node or boundaries to the ground by dashpots: force per velocity, >= 0, as for `spring`."""
+        self.dashpots += self._spread(where, (x, y, z), "damping of the dashpots")
         return self
 
     def apply(
@@ -99,8 +141,11 @@ class Support:
                 )
             if matrix is not None and not np.isfinite(matrix.data).all():
                 raise ValueError("The matrix has entries that are not finite numbers.")
+        A = _with_diagonal(A, self.springs)
+        if self.dashpots.any():
+            damping = _with_diagonal(A * 0 if damping is None else damping, self.dashpots)
         node_of, chosen = self._numbering()
-        R, given, moving = len(chosen), self.value.copy(), list(self.moving)
+        R, given, moving, ends = len(chosen), self.value.copy(), list(self.moving), list(self.ends)
 
         shared = self.body.shared
         exchanges = [shared.exchange(k) for k in range(len(shared.ids))] if shared is not None else []
@@ -116,12 +161,14 @@ class Support:
 
         def loads(time: float | None) -> np.ndarray:
             now: Any = load(0.0 if time is None else time) if callable(load) else first
+            for stiffness, end in ends:
+                now = now + stiffness * np.asarray(end(0.0 if time is None else time), dtype=float)
             return check_load(now, (N, dim))
 
         fixed = ~np.isnan(values(None))
         system = constrained(self.body.space, A, loads, fixed, values, node_of, mass, damping)
         system.prolongations = self._prolongations(chosen)
-        system.varies = bool(moving) or callable(load)
+        system.varies = bool(moving or ends) or callable(load)
         system.body, system.stress, system.exchanges = self.body, stress, exchanges
         if shared is not None:
             system.ids = [ids[shared.order(level)] for level, ids in enumerate(shared.ids)]
@@ -155,6 +202,29 @@ class Support:
             else:
                 self.value[nodes, component] = _finite(value, where)
         return self
+
+    def _spread(self, where: int | str | Sequence[str], values: Sequence[float], what: str) -> np.ndarray:
+        """Share values of all together (3,) among the nodes of boundaries by their area, (N, dim)."""
+        N, dim = self.body.coordinates.shape
+        if self.body.shared is not None:
+            raise ValueError(f"The {what} cannot be shared among ranks yet; run on one rank.")
+        for value in values:
+            if not (np.isfinite(value) and value >= 0):
+                raise ValueError(f"The {what} at {where!r} is {value}; it must be a finite number >= 0.")
+        if not any(values[:dim]) or any(values[dim:]):
+            along = "x, y, z"[: 3 * dim - 2]
+            raise ValueError(f"The {what} at {where!r} is {values}; give some along {along}.")
+        share = np.zeros(N)
+        if isinstance(where, int | np.integer):
+            if not 0 <= where < N:
+                raise ValueError(f"There is no node {where}; the body's nodes are 0 to {N - 1}.")
+            share[where] = 1.0
+        else:
+            names = [where] if isinstance(where, str) else list(where)
+            rows = np.concatenate([self.body.facets[self.body.check_name(name)] for name in names])
+            rows = rows[np.unique(np.sort(rows, axis=1), axis=0, return_index=True)[1]]
+            np.add.at(share, rows, (_areas(self.body.coordinates[rows]) / rows.shape[1])[:, None])
+        return share[:, None] / share.sum() * np.asarray(values[:dim], dtype=float)
 
     def _prolongations(self, chosen: np.ndarray) -> list[sparse.csr_array]:
         """Prolongations between the meshes with each platen as one node on all of them.
@@ -191,6 +261,22 @@ def _collapse(N: int, groups: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]
         first[nodes] = nodes[0]
     chosen, node_of = np.unique(first, return_inverse=True)
     return node_of, chosen
+
+
+def _areas(corners: np.ndarray) -> np.ndarray:
+    """Lengths or areas (m,) of facets of corners (m, k, dim), quadrilaterals in dolfinx's order."""
+    first, last = corners[:, 0], corners[:, -1]
+    if corners.shape[1] == 2:
+        return np.linalg.norm(last - first, axis=1)
+    across = corners[:, 2] - corners[:, 1] if corners.shape[1] == 4 else corners[:, 1] - first
+    return np.linalg.norm(np.cross(last - first, across), axis=1) / 2
+
+
+def _with_diagonal(A: sparse.bsr_array, values: np.ndarray) -> sparse.bsr_array:
+    """Add values (N, dim) to the diagonal of a matrix; nothing is copied where they are zero."""
+    if not values.any():
+        return A
+    return sparse.bsr_array(A + sparse.diags_array(values.ravel()), blocksize=(values.shape[1],) * 2)
 
 
 def _finite(value: float, where: str) -> float:

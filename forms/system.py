@@ -62,6 +62,7 @@ class System:
     exchanges, ids : where many ranks share the mesh, of each mesh, finest first: the exchange of values, and
         the numbers of the nodes that all ranks agree on. Nodes of the system are then those that this rank
         owns, followed by those that it holds a copy of, whose rows are not complete.
+    axisymmetric : whether areas are those of a body of revolution, x being the distance from its axis
     """
 
     A: sparse.bsr_array
@@ -74,6 +75,7 @@ class System:
     M: sparse.bsr_array | None = None
     C: sparse.bsr_array | None = None
     varies: bool = False
+    axisymmetric: bool = False
     body: Body | None = None
     stress: Callable[[np.ndarray], np.ndarray] | None = None
     elastic: Any = None
@@ -249,7 +251,10 @@ class System:
         """Integrals of the nodes' shape functions over boundary facets, (N,)."""
         ds = boundary_measure(self.mesh, indices)
         ones = fem.Constant(self.mesh, np.ones(self.fixed.shape[1]))
-        return vector(ufl.inner(ones, ufl.TestFunction(self.space)) * ds)[:, 0]
+        density = ufl.inner(ones, ufl.TestFunction(self.space))
+        if self.axisymmetric:
+            density = 2 * np.pi * ufl.SpatialCoordinate(self.mesh)[0] * density
+        return vector(density * ds)[:, 0]
 
 
 def assemble(

@@ -6,16 +6,19 @@ import pytest
 from forms import Elasticity, Isotropic, Support
 from geometry import (
     Body,
+    Grid,
     LinearRoad,
     MovingRoad,
     Plane,
     RoundRoad,
     SeveralRoads,
     box,
+    half_cylinder_nested,
     rectangle,
     ring,
 )
-from model import BodyOnRoad, ContactProblem, follow, solve
+from model import BodyOnRoad, ContactProblem, MovingBody, Newmark, follow, solve
+from model.closed_forms.hertz import HertzSphere
 
 random = np.random.default_rng(4)
 
@@ -168,3 +171,102 @@ def test_a_list_of_roads_is_told_what_to_do():
         SeveralRoads([])
     with pytest.raises(ValueError, match="does not move"):
         MovingRoad(Plane())
+
+
+def quarter(refinements):
+    """The right half of a half disc of radius 10, its lowest point at the origin, with "axis" and "arc"."""
+    whole = half_cylinder_nested(10.0, refinements)
+    cells = whole.cells[whole.points[whole.cells, 0].mean(axis=1) > 0]
+    used, number = np.unique(cells, return_inverse=True)
+    body = Body.from_grid(Grid(whole.points[used], number.reshape(cells.shape), "quadrilateral"))
+    body.mark("axis", lambda x: x[0] < 1e-9).mark("top", lambda x: x[1] > 10 - 1e-9)
+    return body.mark("arc", lambda x: np.abs(np.hypot(x[0], x[1] - 10) - 10) < 1e-9)
+
+
+def test_hertzs_sphere_as_a_body_of_revolution():
+    """R = 10, F = 15 kN, E = 210e3, nu = 0.3: Hertz's shape fitted to the pressure has his p0 within 0.5 %."""
+    body = quarter(3)
+    elasticity = Elasticity(body, Isotropic(210e3, 0.3), "axisymmetric")
+    load = elasticity.total_force("top", (0.0, -15e3))
+    contact = BodyOnRoad(elasticity.system(load, Support(body).fix("axis", x=0.0)), "arc", Plane())
+    solution = solve(contact)
+    hertz = HertzSphere(15e3, 10.0, 210e3, 0.3)
+    pressure, r = contact.pressure(solution), contact.points[:, 0]
+    shape = np.sqrt(np.maximum(1 - (r / hertz.a) ** 2, 0))
+    assert solution.pressure_force.sum() == pytest.approx(15e3)
+    assert contact.area @ (pressure * shape) / (contact.area @ shape**2) == pytest.approx(hertz.p0, rel=5e-3)
+    inner = (r > 0.1) & (r < 0.7)
+    np.testing.assert_allclose(pressure[inner], hertz.p0 * shape[inner], rtol=6e-3)
+    spacing = np.diff(np.sort(r[r < 1])).max()
+    assert r[pressure > 0].max() - spacing < hertz.a < r[(pressure == 0)].min() + spacing
+
+
+def test_lames_tube_as_a_body_of_revolution():
+    """The ring on the shaft again: 76.197 on every node, and the stress around as Lame's."""
+    body = Body.from_grid(rectangle(10.0, 2.0, 24, 4, corner=(20.0, 0.0)))
+    elasticity = Elasticity(body, Isotropic(210e3, 0.3), "axisymmetric")
+    support = Support(body).fix(["bottom", "top"], y=0.0)
+    system = elasticity.system(np.zeros(body.coordinates.shape), support)
+    contact = BodyOnRoad(system, "left", Plane((20.02, 0.0), (1.0, 0.0)), interference=True)
+    solution = solve(contact)
+    np.testing.assert_allclose(contact.pressure(solution), 76.197, rtol=1e-3)
+    r = body.coordinates[body.cells, 0].mean(axis=1)
+    around = 76.197 * 400 / 500 * (1 + 900 / r**2)
+    np.testing.assert_allclose(elasticity.stress(contact.displacement(solution))[:, 2, 2], around, rtol=2e-3)
+    across = Body.from_grid(rectangle(1.0, 1.0, 2, 2, corner=(-0.5, 0.0)))
+    with pytest.raises(ValueError, match="must have x >= 0"):
+        Elasticity(across, Isotropic(1, 0.3), "axisymmetric")
+
+
+@pytest.mark.parametrize("pull, slides", [(0.98, False), (1.02, True)])
+def test_a_slider_pulled_by_a_spring_slips_when_the_spring_pulls_more_than_friction(pull, slides):
+    body = Body.from_grid(rectangle(1.0, 0.5, 8, 4))
+    elasticity = Elasticity(body, Isotropic(1e5, 0.3))
+    mu, weight, k = 0.3, 4.0, 20.0
+    support = Support(body).spring("right", x=k, end=lambda t: (t * mu * weight / k, 0.0))
+    system = elasticity.system(elasticity.body_force((0.0, -2 * weight)), support)
+    contact = BodyOnRoad(system, "bottom", Plane(), friction=mu)
+    solution = list(follow(contact, np.linspace(0.2, 1, 5) * pull))[-1]
+    way = contact.displacement(solution)[:, 0].min()
+    assert way == pytest.approx((pull - 1) * mu * weight / k if slides else 0.0, abs=5e-5)
+    sheet = contact.reactions(solution)
+    assert sheet.force["contact"] == pytest.approx([-mu * weight * min(pull, 1), weight], rel=2e-3)
+    assert sheet.force["ground"][0] + sheet.force["loads"][0] == pytest.approx(-sheet.force["contact"][0])
+
+
+def test_springs_bear_what_hangs_on_them_and_dashpots_end_the_swing():
+    """A stiff block on springs of stiffness k: it sinks by weight / k; with dashpots the swing dies out."""
+    body = Body.from_grid(box(1.0, 1.0, 1.0, 2, 2, 2, corner=(0.0, 0.0, 5.0)))
+    elasticity = Elasticity(body, Isotropic(1e6, 0.3))
+    support = Support(body).spring("bottom", z=40.0).spring(["left", "right"], x=1.0, y=1.0)
+    support.dashpot("top", z=12.0).dashpot(body.nearest_node((0, 0, 5)), x=1.0)
+    system = elasticity.system(elasticity.body_force((0.0, 0.0, -3.0)), support, density=1.0)
+    contact = BodyOnRoad(system, "bottom", Plane())
+    solution = solve(contact)
+    assert contact.displacement(solution)[:, 2].mean() == pytest.approx(-3 / 40, rel=1e-3)
+    scheme = Newmark(MovingBody.from_contact(contact), 0.02)
+    state = scheme.run(scheme.start(), 200)
+    assert state.displacement[:, 2].mean() == pytest.approx(-3 / 40, rel=2e-2)
+
+
+@pytest.mark.parametrize(
+    "add, words",
+    [
+        (lambda s: s.spring("bottom", x=-1.0), "finite number >= 0"),
+        (lambda s: s.spring("bottom"), "give some along x, y"),
+        (lambda s: s.spring("bottom", z=1.0), "give some along x, y"),
+        (lambda s: s.spring("floor", x=1.0), "no boundary 'floor'"),
+        (lambda s: s.dashpot(99, x=1.0), "no node 99"),
+    ],
+)
+def test_bad_springs_are_refused(add, words):
+    with pytest.raises(ValueError, match=words):
+        add(Support(Body.from_grid(rectangle(1.0, 1.0, 2, 2))))
+
+
+def test_a_moving_road_in_time_steps_says_what_to_do():
+    elasticity = Elasticity(Body.from_grid(rectangle(1.0, 1.0, 2, 2)), Isotropic(1.0, 0.3))
+    system = elasticity.system(np.zeros((9, 2)), density=1.0)
+    contact = BodyOnRoad(system, "bottom", MovingRoad(Plane(), (1.0, 0.0)))
+    with pytest.raises(ValueError, match="velocity -v of the body"):
+        MovingBody.from_contact(contact)

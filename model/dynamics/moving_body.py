@@ -105,6 +105,11 @@ class MovingBody:
             A = bsr_array(A, blocksize=(self.dim, self.dim))
             A.sort_indices()
             setattr(self, name, A)
+        if hasattr(self.road, "at"):
+            raise ValueError(
+                "The road moves, but in time steps it must rest: a road of constant velocity v is the same "
+                "scene with the velocity -v of the body; else prescribe the motion of the body's supports."
+            )
         self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
         if self.friction is not None and not isinstance(self.friction, FrictionLaw):
             self.friction = coulomb(self.friction)

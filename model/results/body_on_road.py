@@ -84,6 +84,7 @@ class BodyOnRoad:
         if hasattr(system, "stiffness"):
             self.elasticity, system, facets = system, facets, rest.pop(0)
             system.stress = self.elasticity.stress if system.stress is None else system.stress
+            system.axisymmetric = self.elasticity.axisymmetric
         friction, reach = rest + [friction, reach][len(rest) :]
         if isinstance(road, list | tuple):
             raise ValueError("The road is a list; give geometry.SeveralRoads(...) of the roads in it.")
