@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-KINEMATICS = ("plane strain", "plane stress", "axisymmetric", "3d")
+KINEMATICS = ("plane strain", "plane stress", "3d", "axisymmetric")
 IN_PLANE = [0, 1, 5]
 AROUND = [0, 1, 2, 5]  # of axisymmetric strain: rr, zz, around the axis, rz
 OUT_OF_PLANE = [2, 3, 4]

@@ -184,7 +184,7 @@ def quarter(refinements):
 
 
 def test_hertzs_sphere_as_a_body_of_revolution():
-    """R = 10, F = 15 kN, E = 210e3, nu = 0.3: Hertz's shape fitted to the pressure has his p0 within 0.5 %."""
+    """R = 10, F = 15 kN: Hertz's shape fitted to the pressure has his p0 within 0.5 per cent."""
     body = quarter(3)
     elasticity = Elasticity(body, Isotropic(210e3, 0.3), "axisymmetric")
     load = elasticity.total_force("top", (0.0, -15e3))
