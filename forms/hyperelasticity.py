@@ -93,6 +93,9 @@ class Hyperelasticity(Elasticity):
     def system(self, *arguments: Any, **options: Any) -> System:
         """Return the system with loads and supports, as `Elasticity.system` does, at rest."""
         system = super().system(*arguments, **options)
+        support = options.get("support", arguments[1] if len(arguments) > 1 else None)
+        if support is not None and (support.springs.any() or support.dashpots.any()):
+            raise ValueError("Springs and dashpots to the ground are there for linear strain only.")
         system.elastic = self
         return system
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from forms import Elasticity, Isotropic, Support
+from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, Support
 from geometry import Body, Plane, RoundRoad, box, rectangle, ring
 from model import BodyOnRoad, MovingBody, Newmark, follow, solve
 
@@ -103,3 +103,20 @@ def test_reactions_on_a_hill():
     sheet = contact.reactions(solve(contact))
     assert sheet.force["contact"] == pytest.approx(-sheet.force["reactions"], abs=1e-8)
     assert sheet.moment["contact"] == pytest.approx(-sheet.moment["reactions"], abs=1e-8)
+
+
+def test_a_rubber_block_pressed_far_balances_where_it_has_come_to_be():
+    """Finite strain: moments about any point of the forces on the deformed block."""
+    body = Body.from_grid(rectangle(2.0, 1.0, 6, 3))
+    rubber = Hyperelasticity(body, NeoHookean(E=1e3, nu=0.3))
+    support = Support(body).fix("top", x=lambda t: 0.2 * t, y=lambda t: -0.2 * t)
+    system = rubber.system(rubber.body_force((0.0, 0.0)), support)
+    contact = BodyOnRoad(system, "bottom", Plane(), friction=0.8)
+    *_, solution = follow(contact, [0.5, 1.0])
+    sheet = contact.reactions(solution, about=(0.3, 2.0))
+    assert sheet.force["contact"][1] > 300 and abs(sheet.force["contact"][0]) > 50
+    assert sheet.remainder < 1e-8
+    assert sum(sheet.moment.values()) == pytest.approx(0, abs=1e-6)
+    assert sheet.moment["ground"] == pytest.approx(0, abs=1e-9)
+    with pytest.raises(ValueError, match="linear strain only"):
+        rubber.system(rubber.body_force((0.0, 0.0)), Support(body).spring("top", x=1.0))
