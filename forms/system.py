@@ -160,10 +160,7 @@ class System:
         """
         force = -applied[self._held]
         for name, values in motion.items():
-            if name == "A" and self.elastic is not None:
-                force += self.elastic.internal_force(values)[self._held]
-            else:
-                force += (self._rows[name] @ values.ravel()).reshape(force.shape)
+            force += (self._rows[name] @ values.ravel()).reshape(force.shape)
         tied = np.bincount(self.node_of)[self.node_of[self._held]] > 1
         return self._held, np.where(self.fixed[self.node_of[self._held]] | tied[:, None], force, 0.0)
 
@@ -177,12 +174,7 @@ class System:
         about : (dim,)
         """
         dim = values.shape[1]
-        if name == "A" and self.elastic is not None:
-            turned = _rigid_motions(self.points + values)
-            whole = turned.T @ self.elastic.internal_force(values).ravel()
-            about = about - values.mean(axis=0)
-        else:
-            whole = self._rigid[name].T @ values.ravel()
+        whole = self._rigid[name].T @ values.ravel()
         centre = np.pad(self.points.mean(axis=0) - about, (0, 3 - dim))
         shift = np.cross(centre, np.pad(whole[:dim], (0, 3 - dim)))
         return np.concatenate([whole[:dim], whole[dim:] + shift[2 * (dim == 2) :]])

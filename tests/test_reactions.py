@@ -105,18 +105,11 @@ def test_reactions_on_a_hill():
     assert sheet.moment["contact"] == pytest.approx(-sheet.moment["reactions"], abs=1e-8)
 
 
-def test_a_rubber_block_pressed_far_balances_where_it_has_come_to_be():
-    """Finite strain: moments about any point of the forces on the deformed block."""
-    body = Body.from_grid(rectangle(2.0, 1.0, 6, 3))
-    rubber = Hyperelasticity(body, NeoHookean(E=1e3, nu=0.3))
-    support = Support(body).fix("top", x=lambda t: 0.2 * t, y=lambda t: -0.2 * t)
-    system = rubber.system(rubber.body_force((0.0, 0.0)), support)
-    contact = BodyOnRoad(system, "bottom", Plane(), friction=0.8)
-    *_, solution = follow(contact, [0.5, 1.0])
-    sheet = contact.reactions(solution, about=(0.3, 2.0))
-    assert sheet.force["contact"][1] > 300 and abs(sheet.force["contact"][0]) > 50
-    assert sheet.remainder < 1e-8
-    assert sum(sheet.moment.values()) == pytest.approx(0, abs=1e-6)
-    assert sheet.moment["ground"] == pytest.approx(0, abs=1e-9)
+def test_a_sheet_of_finite_strain_is_refused_and_so_are_its_springs():
+    rubber = Hyperelasticity(Body.from_grid(rectangle(2.0, 1.0, 2, 2)), NeoHookean(E=1e3, nu=0.3))
+    nothing, support = rubber.body_force((0.0, 0.0)), Support(rubber.body)
+    contact = BodyOnRoad(rubber.system(nothing, support), "bottom", Plane())
     with pytest.raises(ValueError, match="linear strain only"):
-        rubber.system(rubber.body_force((0.0, 0.0)), Support(body).spring("top", x=1.0))
+        contact.reactions(None)
+    with pytest.raises(ValueError, match="linear strain only"):
+        rubber.system(nothing, support.spring("top", x=1.0))

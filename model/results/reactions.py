@@ -26,7 +26,7 @@ class Balance:
     nodal : (h, d)
         Their force on each.
     points : (h, d)
-        Where they are: before loading if strain is linear, for moments are of forces there, else displaced.
+        Where they are before loading; as strain is linear, moments are of forces there.
     """
 
     about: np.ndarray
@@ -87,8 +87,8 @@ def balance(contact: Any, solution: Any, about: Any = None, load: np.ndarray | N
     about = np.zeros(dim) if about is None else np.asarray(about, dtype=float)
     if about.shape != (dim,) or not np.isfinite(about).all():
         raise ValueError(f"The moments are about {about}; give a point of {dim} finite numbers.")
-    if system.elastic is not None and hasattr(solution, "acceleration"):
-        raise ValueError("The sheet of forces in motion is there for linear strain only.")
+    if system.elastic is not None:
+        raise ValueError("The sheet of forces is there for linear strain only.")
     loads = system.nodal_load(getattr(solution, "time", None), load)
     motion = {"A": system.expand(solution.displacement)}
     for name, rate in (("C", "velocity"), ("M", "acceleration")):
@@ -99,8 +99,7 @@ def balance(contact: Any, solution: Any, about: Any = None, load: np.ndarray | N
     nodes, nodal = system.reactions(motion, loads + touching)
     held = np.zeros(loads.shape)
     held[nodes] = nodal
-    places = system.points if system.elastic is None else system.points + motion["A"]
-    arm = places - about
+    arm = system.points - about
     sheet = {"loads": loads, "reactions": held, "contact": touching}
     force = {kind: values.sum(axis=0) for kind, values in sheet.items()}
     turn = {kind: moment(arm, values) for kind, values in sheet.items()}
@@ -108,7 +107,7 @@ def balance(contact: Any, solution: Any, about: Any = None, load: np.ndarray | N
         if name in motion:
             whole = -system.resultant(name, motion[name], about)
             force[kind], turn[kind] = whole[:dim], whole[dim:]
-    found = Balance(about, force, turn, nodes, nodal, places[nodes])
+    found = Balance(about, force, turn, nodes, nodal, system.points[nodes])
     if not hasattr(solution, "mean_force") and found.remainder > max(CLOSED, 100 * solution.residual):
         raise ValueError(
             f"The forces do not balance by {found.remainder:.1g} of the largest, as if the load had been "
