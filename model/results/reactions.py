@@ -87,6 +87,8 @@ def balance(contact: Any, solution: Any, about: Any = None, load: np.ndarray | N
     about = np.zeros(dim) if about is None else np.asarray(about, dtype=float)
     if about.shape != (dim,) or not np.isfinite(about).all():
         raise ValueError(f"The moments are about {about}; give a point of {dim} finite numbers.")
+    if len(system.exchanges):
+        raise ValueError("The sheet of forces is not shared among ranks yet; run on one rank.")
     if system.elastic is not None:
         raise ValueError("The sheet of forces is there for linear strain only.")
     loads = system.nodal_load(getattr(solution, "time", None), load)
