@@ -74,8 +74,19 @@ def asserted(folder: Path) -> dict[str, dict[str, str]]:
 
 def _row(key: str, result: dict[str, Any], tests: dict[str, str]) -> str:
     value, reference = result["value"], result["reference"]
+    bound = result.get("bound")
     off = f"{100 * (value / reference - 1):+.2g} %" if reference else f"{abs(value):.1e}"
+    if bound:
+        kept = value <= reference if bound == "at most" else value >= reference
+        off = "kept" if kept else "**missed**"
     test = tests.get(key, "")
-    cells = [f"`{key}`", result["unit"], f"{reference:.6g}", f"{value:.6g}", off, result["source"] or ""]
-    cells.append(f"`{test}`" if test else "none by name")
+    cells = [
+        f"`{key}`",
+        result["unit"],
+        f"{bound or ''} {reference:.6g}",
+        f"{value:.6g}",
+        off,
+        result["source"] or "",
+    ]
+    cells.append(", ".join(f"`{name}`" for name in test.split(", ")) if test else "none by name")
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

@@ -6,6 +6,8 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+ICON = "https://kitware.github.io/vtk-js/icon/favicon-${t}x${t}.png"  # the viewer would fetch it
+
 
 def write_page(plotter: Any, path: Path) -> None:
     """Write what a plotter shows as one HTML file that can be turned with the mouse and needs no server.
@@ -39,5 +41,6 @@ def write_page(plotter: Any, path: Path) -> None:
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
         file.writestr("index.json", json.dumps({"hashes": hashes, "scene": scene}))
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8") as page:
-        write_html(packed.getvalue(), page)
+    page = io.StringIO()
+    write_html(packed.getvalue(), page)
+    path.write_text(page.getvalue().replace(ICON, "data:,"), encoding="utf-8")
