@@ -218,3 +218,28 @@ def way_over_the_road(
     close.set(xlim=(middle - 0.45, middle + 0.45), ylim=(-0.03, 0.25), title=f"t = {pressed.time:.3f} s")
     close.legend(framealpha=0.9, loc="upper right")
     return figure
+
+
+def ring_outlines(outlines: Mapping[str, Any], radius: float) -> Figure:
+    """Outer nodes of rings, each about its own centre, beside the circle that a ring of that radius has."""
+    figure, axes = plt.subplots(figsize=(5.5, 5.0), layout="constrained")
+    angle = np.linspace(0.0, 2 * np.pi, 200)
+    axes.plot(radius * np.cos(angle), radius * np.sin(angle), "k-", lw=0.8, label="at rest")
+    for (label, xy), marker in zip(outlines.items(), "x.+1"):
+        x, y = (xy - xy.mean(axis=0)).T
+        axes.plot(x, y, marker, color="0.35" if marker == "x" else "C0", ms=5, label=label)
+    axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title="Outer nodes at 0.9 s, about their centre")
+    axes.legend(loc="center")
+    return figure
+
+
+def way_over_time(lines: Mapping[str, Any], quantity: str, level: float | None = None) -> Figure:
+    """(time, value) by name."""
+    figure, axes = plt.subplots(figsize=(6.5, 3.6), layout="constrained")
+    for (label, (time, value)), style in zip(lines.items(), ("-", "--", ":", "-.")):
+        axes.plot(time, value, style, label=label)
+    if level is not None:
+        axes.axhline(level, color="0.5", lw=0.8)
+    axes.set(xlabel="time (s)", ylabel=quantity)
+    axes.legend()
+    return figure

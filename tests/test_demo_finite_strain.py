@@ -1,0 +1,19 @@
+"""The study of finite strain, in its quick form."""
+
+import pytest
+
+DEMO = "reports/finite_strain"
+
+
+def test_quick_study(quick):
+    results = quick.results
+    key = "finite, mu=0.5, dt=0.01"
+    assert results[f"second_touch[{key}]"] == pytest.approx(0.97, abs=1e-9)
+    assert results[f"rotation[{key}]"] == pytest.approx(-5.38, abs=0.006)
+    assert results["off_linear_over_speed[v0=0.001]"] == pytest.approx(6.8e-7, rel=0.05)
+    assert results["incline_acceleration[mu=0.05, 96 cells]"] == pytest.approx(1.2204, rel=0.003)
+    assert results["force[r=0.2, 96 x 10, mu=0.5, 30%]"] == pytest.approx(59.50, abs=0.006)
+    assert 0.0 < results["rolling_energy_loss[dt=0.01]"] < results["rolling_energy_loss[dt=0.02]"]
+    assert results["max_energy_gain"] < 1e-10 and results["spin_error"] < 1e-11
+    assert results["cost_ratio_to_linear_step"] > 1.0
+    assert (quick.out / "rolling.png").stat().st_size > 10_000
