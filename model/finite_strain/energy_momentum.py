@@ -28,6 +28,7 @@ from model.curved.anderson_acceleration import Anderson
 from model.dynamics.mass_redistribution import MassRedistribution
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, StepSolver, Touch, Work
+from model.finite_strain.definite import shifted
 from model.finite_strain.moving_body import FiniteBody
 from model.finite_strain.turned_solver import TurnedSolver, mean_rotation
 from model.node_loop.node_loop import length
@@ -46,6 +47,7 @@ class FiniteMidpoint(Midpoint):
     body: FiniteBody
     turned: TurnedSolver
     iterations: int
+    _at_rest: np.ndarray
     _diagonal: float
 
     @abstractmethod
@@ -180,7 +182,8 @@ class FiniteMidpoint(Midpoint):
         """Solve for an increment with the symmetric part of the exact tangent."""
         K = self.body.forces.step_tangent(last.displacement, u1)
         b, gap, normal, back = problem
-        return self._solver_of(self.M * (2.0 / self.dt**2) + K, normal).solve(b, gap, normal, back, last)
+        A = shifted(bsr_array(self.M * (2.0 / self.dt**2) + K, blocksize=K.blocksize), self._at_rest)
+        return self._solver_of(A, normal).solve(b, gap, normal, back, last)
 
     def _solver_of(self, A: Any, normal: np.ndarray) -> StepSolver:
         body = self.body
@@ -246,7 +249,8 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
         self._given, self._options, self.halvings = body, options, halvings
         super().__init__(body, dt, **options)
         self.turned = TurnedSolver(self.solvers["step"])
-        self._diagonal = length(self.effective_matrix().diagonal())
+        self._at_rest = self.effective_matrix().diagonal()
+        self._diagonal = length(self._at_rest)
         self._half: EnergyMomentum | None = None
         self.iterations = 0
 
@@ -330,6 +334,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
         nodes = body.contact_nodes
         K = bsr_array(body.forces.tangent(u), blocksize=(d, d))
         own = bsr_array(_blocks(K, nodes), blocksize=(d, d))
+        own = shifted(own, self._own.diagonal())
         n = nodes.size
         problem = ContactProblem(
             own, np.zeros((n, d)), body.coordinates[nodes], np.arange(n), normal, np.zeros(n), body.friction

@@ -17,17 +17,17 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_array, csc_array, diags_array
+from scipy.sparse import bsr_array
 
 from model.checks import positive
 from model.dynamics.time_integrator import StepSolver, Touch
+from model.finite_strain.definite import indefinite, shifted
 from model.finite_strain.system_forces import SystemForces
 from model.node_loop.node_loop import length
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.factorisation import by_superlu
 
 ITERATIONS = 30  # in a load step
 EASY = 6  # iterations after which the next load step is longer
@@ -238,12 +238,7 @@ class FiniteContact:
         A = bsr_array(
             A + bsr_array((blocks, np.arange(N), np.arange(N + 1)), shape=A.shape), blocksize=(d, d)
         )
-        shift = 0.0
-        while indefinite(A):
-            more = shift if shift else 1e-4
-            A = bsr_array(A + diags_array(more * self._diagonal.ravel()), blocksize=(d, d))
-            shift += more
-        return A
+        return shifted(A, self._diagonal.ravel())
 
     def _missing(self, u: np.ndarray, load: np.ndarray) -> np.ndarray:
         return np.where(self.system.fixed, 0.0, load - self.forces.internal_force(u))
@@ -297,9 +292,3 @@ class FiniteContact:
             setup_seconds=0.0,
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
         )
-
-
-def indefinite(A: Any) -> bool:
-    """Tell whether a symmetric matrix has a negative eigenvalue (Sylvester's law of inertia)."""
-    pivots = by_superlu(csc_array(A)).U.diagonal()
-    return bool(pivots.min() < -1e-12 * np.abs(pivots).max())
