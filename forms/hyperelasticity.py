@@ -268,7 +268,8 @@ class Hyperelasticity(Elasticity):
         A.set_value(0.0)
         for form in forms:
             fem.assemble_matrix(A, form)
-        A.scatter_reverse()
+        if self.body.mesh.comm.size > 1:  # alone it costs as much as the assembly of a small mesh
+            A.scatter_reverse()
         view.data[...] = A.data.reshape(view.data.shape)
         return view
 

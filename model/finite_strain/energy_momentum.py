@@ -90,6 +90,7 @@ class FiniteMidpoint(Midpoint):
         body, nodes = self.body, self.body.contact_nodes
         load, anderson = self.mean_load(before), Anderson(np.inf)
         u1, sizes = self._guess(before), []
+        self._turn = self._turn_between(before.displacement, u1)
         missing, scale = self._missing(before, load, u1)
         touch: Any = before
         for _ in range(limit):
@@ -112,8 +113,6 @@ class FiniteMidpoint(Midpoint):
                 break
             if not damped:
                 u1 = anderson.combine(touch.increment, image)
-                if not body.forces.volume_ratio(u1) > 0.0:
-                    break
                 missing, scale = self._missing(before, load, u1)
                 continue
             u1, missing, scale = self._damped(before, load, u1, touch)
@@ -166,17 +165,16 @@ class FiniteMidpoint(Midpoint):
         missing = np.where(body.prescribed, 0.0, load - inertia - internal)
         return missing, length(load) + length(internal)
 
-    def _turned_increment(self, last: State, u1: np.ndarray, *problem: Any) -> Touch:
-        """Solve for an increment with the constant matrix, turned as the body is at half the step.
+    def _turn_between(self, u0: np.ndarray, u1: np.ndarray) -> np.ndarray:
+        """Rotation (d, d) of the body at half the step; a body on supports does not turn, as they do not."""
+        if self.body.supported:
+            return np.eye(self.body.dim)
+        return mean_rotation(self.body.coordinates, self.body.coordinates + 0.5 * (u0 + u1))
 
-        Supports do not turn, so neither does a body on supports.
-        """
-        turn = np.eye(self.body.dim)
-        if not self.body.supported:
-            middle = self.body.coordinates + 0.5 * (last.displacement + u1)
-            turn = mean_rotation(self.body.coordinates, middle)
+    def _turned_increment(self, last: State, u1: np.ndarray, *problem: Any) -> Touch:
+        """Solve for an increment with the constant matrix, turned with the body."""
         b, gap, normal, back = problem
-        return self.turned.solve(turn, b, gap, normal, back, last)
+        return self.turned.solve(self._turn, b, gap, normal, back, last)
 
     def _exact_increment(self, last: State, u1: np.ndarray, *problem: Any) -> Touch:
         """Solve for an increment with the symmetric part of the exact tangent."""
