@@ -38,6 +38,7 @@ from model.solvers.convergence_record import NotConverged, Record
 CONSTANT = 60  # iterations with the constant matrix
 EXACT = 40  # iterations with the exact tangent
 HALVINGS = 4  # of the step
+QUICK = 0.1  # fall of what is missing in an iteration that lets its tangent serve the next
 DAMPING = (1.0, 0.5, 0.25, 0.125, 0.0625)  # parts of a Newton step that are tried
 
 
@@ -295,11 +296,16 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
         body, nodes = self.body, self.body.contact_nodes
         energy, slipped, last = self._potential(state), 0.0, state
         missing = body.missing_force(state.time, state.displacement)[nodes]
+        rest, solver = np.inf, None
         for _ in range(EXACT):
             u = state.displacement
             gap, normal = self.ground(state)
-            touch = self._massless_solver(u, normal).solve(missing, gap, normal, np.zeros_like(missing), last)
-            rest = length(missing + touch.force)
+            if solver is None:
+                solver = self._massless_solver(u, normal)
+            touch = solver.solve(missing, gap, normal, np.zeros_like(missing), last)
+            before, rest = rest, length(missing + touch.force)
+            if rest > QUICK * before:
+                solver = None  # the tangent has become too old
             floor = 1e-15 * float(np.abs(body.coordinates + u).max()) * self._diagonal
             done = rest <= max(self.tolerance * (length(touch.force) + length(missing)), floor)
             friction = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
@@ -318,6 +324,11 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
             state.gap, state.count = touch.gap, touch.count
             if done:
                 break
+        else:
+            raise NotConverged(
+                f"The massless nodes find no equilibrium at time {state.time:g}; take smaller steps.",
+                Record(self.tolerance, EXACT, lambda: 0, progress=False, history=[rest]),
+            )
         state.work.friction += slipped
         return self._potential(state) - energy - slipped
 
