@@ -16,6 +16,7 @@ class ShiftedRoad:
 
     def __init__(self, road: Road, shift: ArrayLike):
         self.road, self.shift = road, _finite("shift", shift)
+        self.flat = getattr(road, "flat", False)
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import bsr_array, diags_array
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, Road, ShiftedRoad
+from geometry import Body, Plane, Road, ShiftedRoad
 from model import BodyOnRoad
 
 from .bodies import PLANE, SHAPES, meshed
@@ -140,7 +140,7 @@ def _road(words: dict[str, Any], body: Body, candidates: np.ndarray, random: np.
     if words["road"] == "plane":
         road = plane(random, dim, size)
         away = road.closest(points)[0].min() - gap
-        return ShiftedRoad(road, away * road.normal) if away else road
+        return Plane(road.point + away * road.normal, road.normal)
     road = CURVED[words["road"]](random, size)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     aside = np.zeros(2)
