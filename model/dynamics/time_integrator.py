@@ -193,7 +193,7 @@ class StepSolver:
         after = np.empty(status.size)
         law = None if loop.friction is None else loop.friction.address
         count = confirm_contact(loop.contact, e, loop.force, law, status, after)
-        return Touch(e, loop.force.copy(), status, after, count, residual, cycles)
+        return Touch(e, loop.force.copy(), status, loop.part * after, count, residual, cycles)
 
 
 class TimeIntegrator(ABC):
@@ -391,8 +391,9 @@ class TimeIntegrator(ABC):
         impulse = np.zeros(force.shape[1])
         if not force.any():
             return Work(impulse=impulse)
-        contact = self.solvers["step"].loop.contact
-        normal, friction = contact_work(contact, force, change, after - before, impulse)
+        loop = self.solvers["step"].loop
+        opening = (after - before) / loop.part  # along what of the normals the loop sees
+        normal, friction = contact_work(loop.contact, force, change, opening, impulse)
         return Work(normal, friction, impulse=self.dt * impulse)
 
     def damping_work(self, speed: np.ndarray, change: np.ndarray) -> float:

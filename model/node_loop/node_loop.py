@@ -178,6 +178,12 @@ class NodeLoop:
         pressure /= self.part
         return self.force + pressure[:, None] * np.where(self.given, self.normal, 0.0), pressure
 
+    def confirm(self, status: np.ndarray) -> None:
+        """Let nodes touch that lie on the road without having been put there, and press on it, in place."""
+        pressure = np.einsum("ca,ca->c", self.frame[:, 0], self.force)
+        lies = (status == Status.FREE) & (pressure > 0.0)
+        status[lies] = Status.SLIP if self.friction is None else Status.STICK
+
     def sticking_place(self, numbers: np.ndarray) -> np.ndarray:
         """Displacement (k, d) at which the given candidates stick on the road."""
         contact = self.contact

@@ -261,6 +261,7 @@ class ContactSolver:
         spent = seconds + self._unpaid
         setup, self._unpaid = self._unpaid, 0.0
         force, pressure = loop.reaction()
+        loop.confirm(status)
         return Solution(
             displacement=base + u,
             contact_force=force,

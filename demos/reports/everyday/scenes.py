@@ -138,7 +138,11 @@ def _road(words: dict[str, Any], body: Body, candidates: np.ndarray, random: np.
     size, dim = words["size"], body.dim
     points, gap = body.coordinates[candidates], words["gap"] * size
     if words["road"] == "plane":
-        road = plane(random, dim, size)
+        road = (
+            Plane(np.zeros(dim), np.eye(dim)[-1])
+            if SHAPES[words["shape"]].symmetric
+            else plane(random, dim, size)
+        )
         away = road.closest(points)[0].min() - gap
         return Plane(road.point + away * road.normal, road.normal)
     road = CURVED[words["road"]](random, size)
