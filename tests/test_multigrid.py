@@ -236,3 +236,23 @@ def test_cycles_on_triangles_of_any_mesh():
         problem = BodyOnRoad(elasticity, system, Plane(), "arc", reach=2.0).problem
         cycles.append(solve(problem, "algebraic", tolerance=1e-8).cycles)
     assert max(cycles) <= 25
+
+
+@pytest.mark.parametrize(("Q", "slides"), [(0.999, False), (1.0, False), (1.001, True)])
+def test_at_the_onset_of_sliding(Q, slides):
+    """Nothing but friction holds the body along the road: it converges, or says that it slides."""
+    body = Body.from_grid(half_cylinder_nested(10.0), 2)
+    elasticity = Elasticity(body, Isotropic(210e3, 0.3))
+    support = Support(body).platen("top")
+    pushes = [elasticity.total_force("top", np.array([part * 0.5, -1.0]) * 1e4) for part in (0.0, 0.5, Q)]
+    system = support.apply(elasticity.stiffness(), pushes[0])
+    problem = BodyOnRoad(elasticity, system, Plane(), "arc", 0.5, reach=2.0).problem
+    solver = ContactSolver(problem, "multigrid")
+    steps = follow(solver, [system.reduce(push) for push in pushes], tolerance=1e-8)
+    if slides:
+        with pytest.raises(ValueError, match=r"translation along \(1, 0\)"):
+            list(steps)
+        return
+    path = list(steps)
+    assert max(step.cycles for step in path) <= 16
+    assert -path[-1].contact_force[:, 0].sum() == pytest.approx(Q * 0.5e4, rel=1e-7)

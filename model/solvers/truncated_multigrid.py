@@ -35,7 +35,7 @@ from model.node_loop.contact_sweep import place_all_on_surface
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
-from model.problem.rigid_modes import BALANCE, RigidModes
+from model.problem.rigid_modes import BALANCE, SEEN, RigidModes
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, nodal_prolongation, recompute
 from model.solvers.projected_newton import null_space
@@ -332,19 +332,13 @@ class Multigrid:
         if kernel.shape[1]:
             drive = kernel.T @ r.ravel()
             if np.linalg.norm(drive) > BALANCE * scale:
-                x[:] = (kernel @ drive).reshape(x.shape)
-                self.product[:] = 0.0
-                before = status.copy()
-                end = projected_search(loop.A, r, x, self.product, loop.contact, u, status)
-                if loop.friction is None and end == np.inf:
-                    record.give_up("the load drives the body along a rigid motion that nothing stops")
-                if loop.friction is not None:
-                    status[(before == Status.FREE) & (status != Status.FREE)] = Status.STICK
-                    place_all_on_surface(loop.contact, u, status)
-                if end < np.inf:
+                if self._follow_to_next_node((kernel @ drive).reshape(x.shape), u, status):
                     return False
-                self._project(r)
-            r -= (kernel @ (kernel.T @ r.ravel())).reshape(r.shape)
+                if loop.friction is None:
+                    record.give_up("the load drives the body along a rigid motion that nothing stops")
+                if record.idle > PATIENCE:
+                    record.give_up("the body slides: what holds it slips, and the load drives it on")
+            r -= (kernel @ drive).reshape(r.shape)
         residual = record.history[-1]
         if steady == 0:
             part = UNSTEADY
@@ -365,6 +359,19 @@ class Multigrid:
         turned = stop_slip_that_turned(loop, u, status)
         place_on_road(loop, u, status)
         return turned
+
+    def _follow_to_next_node(self, motion: np.ndarray, u: np.ndarray, status: np.ndarray) -> bool:
+        """Move u (N, d) along a rigid motion (N, d) until the next node arrives at the road, if one does."""
+        loop = self.loop
+        gap, speed = loop.gaps(u, status), np.einsum("ca,ca->c", loop.frame[:, 0], motion[loop.nodes])
+        falls = np.flatnonzero((status == Status.FREE) & (speed < -SEEN * np.abs(motion).max()))
+        if not falls.size:
+            return False
+        times = np.maximum(gap[falls], 0.0) / -speed[falls]
+        u += times.min() * motion
+        status[falls[times == times.min()]] = Status.SLIP if loop.friction is None else Status.STICK
+        place_all_on_surface(loop.contact, u, status)
+        return True
 
     def _free_modes(self) -> np.ndarray:
         """Orthonormal columns (N d, z) of the rigid modes that what is held now leaves free."""
