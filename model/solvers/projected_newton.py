@@ -20,7 +20,7 @@ from model.node_loop.contact_sweep import FREE, SLIP
 from model.solvers.iterative_refinement import ROUNDING
 from model.solvers.projected_search import projected_search
 
-STEPS = 200  # several times the most that everyday scenes have taken (20)
+STEPS = 200  # everyday scenes take a few, and 20 at most
 
 
 @njit(cache=True, error_model="numpy")

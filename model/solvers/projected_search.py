@@ -57,13 +57,18 @@ def projected_search(A, r, direction, product, contact, u, status):
                 speed += contact.frame[c, 0, a] * direction[contact.nodes[c], a]
             if speed < 0.0:
                 arrival[c] = max(gap, 0.0) / -speed
+    far = 1.0  # a full step of Newton's
+    for c in range(status.size):
+        if arrival[c] < np.inf:
+            far = max(far, arrival[c])
+    far *= 1e10  # beyond, what is left of the curvature is rounding
     flat = 1e-12 * abs(slope)  # beyond that the sums above are rounding
     order = np.argsort(arrival)
     for c in order:
         if slope >= -flat:
             break
         best = t - slope / curvature if curvature > 0.0 else np.inf
-        if best <= arrival[c]:
+        if best <= min(arrival[c], far):
             t, slope = best, 0.0
             break
         if arrival[c] == np.inf:
@@ -95,7 +100,7 @@ def projected_search(A, r, direction, product, contact, u, status):
         status[c] = SLIP
     if slope < -flat:  # all that can arrive has
         best = t - slope / curvature if curvature > 0.0 else np.inf
-        t, slope = (best, 0.0) if best < np.inf else (t, slope)
+        t, slope = (best, 0.0) if best < far else (t, slope)
     for i in range(N):
         for a in range(d):
             r[i, a] -= (t - since[i]) * product[i, a]

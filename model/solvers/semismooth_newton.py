@@ -30,6 +30,7 @@ from model.node_loop.contact_sweep import (
     place_all_on_surface,
 )
 from model.node_loop.friction_laws import SIGNATURE, FrictionLaw, allowed
+from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.natural_residual import natural_residual
 from model.solvers.iterative_refinement import ROUNDING
 from model.solvers.pivoting import contact_by_pivoting
@@ -303,35 +304,6 @@ def linear_unknowns(status, d):
 
 
 @njit(cache=True, error_model="numpy")
-def follow_friction(J, S, contact, u, force, status, bound, slip_rate, numbers):
-    """Subtract from J, which is S at `numbers`, the derivative of each slipping node's friction force."""
-    d = u.shape[1]
-    for row in range(numbers.size):
-        c, a = numbers[row] // d, numbers[row] % d
-        if status[c] != SLIP:
-            continue
-        size, slip = 0.0, 0.0
-        for e in range(1, d):
-            size += force[c, e] ** 2
-            slip += (u[c, e] - contact.reference[c, e - 1]) ** 2
-        size, m = np.sqrt(size), slip_rate * np.sqrt(slip)
-        if size == 0.0:
-            continue
-        p, state = force[c, 0], contact.state[c]
-        dp, dm = 1e-6 * p + 1e-300, 1e-6 * m + 1e-300
-        at = allowed(bound, p, m, state)
-        by_pressure = (allowed(bound, p + dp, m, state) - at) / dp * force[c, a] / size
-        by_slip = slip_rate * (allowed(bound, p, m + dm, state) - at) / dm
-        turning = slip_rate * size / m if m > 0.0 else 0.0
-        for column in range(numbers.size):
-            J[row, column] -= by_pressure * S[c * d, numbers[column]]
-            if numbers[column] // d == c:  # the force opposes the slip: |slip| grows by -direction . slip
-                e = numbers[column] % d
-                both = force[c, a] * force[c, e] / size**2
-                J[row, column] += by_slip * both + turning * ((1.0 if a == e else 0.0) - both)
-
-
-@njit(cache=True, error_model="numpy")
 def judge(arrays, contact, b, u, status, R, force, bound, slip_rate):
     """Fill R and the admissible forces; return the natural residual."""
     if u.shape[1] == 2:
@@ -420,6 +392,8 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     numbers, whole = linear_unknowns(status, d), np.zeros(u.size)
     if numbers.size == 0:
         return whole
+    by_pressure, support = np.empty_like(force), np.empty((force.shape[0], d, d))
+    friction_tangent(contact, u, R, force, status, bound, slip_rate, by_pressure, support)
     J = np.empty((numbers.size, numbers.size))
     missing = np.empty(numbers.size)
     largest, fixed = 0.0, np.ones(u.size, dtype=np.bool_)
@@ -428,13 +402,17 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
         for column in range(numbers.size):
             J[row, column] = S[numbers[row], numbers[column]]
         largest = max(largest, abs(J[row, row]))
+        c, a = numbers[row] // d, numbers[row] % d
+        for column in range(numbers.size if status[c] == SLIP else 0):
+            J[row, column] -= by_pressure[c, a] * S[c * d, numbers[column]]
+            if numbers[column] // d == c:
+                J[row, column] += support[c, a, numbers[column] % d]
     N = free_modes(arrays.G, fixed)
     drive = N.T @ missing
     if np.sum(drive**2) > slight**2 + 1e-3 * np.sum(missing**2):
         step = N @ drive
         part = part_until_next(contact, u, status, numbers, step)
     else:
-        follow_friction(J, S, contact, u, force, status, bound, slip_rate, numbers)
         try:
             step = np.linalg.solve(J + largest * (N @ N.T), missing - N @ drive)
         except Exception:  # exactly singular: these slips have no unique answer
