@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse import bsr_array
 
 from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, StVenantKirchhoff
 from geometry import Body, Plane, box, rectangle, ring
@@ -19,6 +20,7 @@ from model import (
     march,
     save_checkpoint,
 )
+from model.finite_strain.definite import indefinite, shifted
 from model.solvers.convergence_record import Record
 
 pytestmark = pytest.mark.filterwarnings("ignore::model.UnresolvedWaves")
@@ -243,3 +245,23 @@ def test_refusals():
     with pytest.raises(ValueError, match="resist rotation"):
         FiniteBody.from_forms(elastic, 1.0, elastic.body_force((0, -1)), Plane(), "outer", damping=(0.1, 0.0))
     assert replace(finite, friction=0.2).elastic is finite.elastic
+
+
+def test_the_exact_tangent_finds_what_the_constant_matrix_finds(monkeypatch):
+    ends = []
+    for constant in (True, False):
+        scheme = EnergyMomentum(ring_above_road(0.3, height=0.0), 0.005, tolerance=1e-12)
+        if not constant:
+            monkeypatch.setattr("model.finite_strain.energy_momentum.CONSTANT", 0)
+        ends.append(
+            scheme.run(scheme.start(velocity=np.zeros_like(scheme.body.coordinates) + [3.0, -2.0]), 4)
+        )
+    assert ends[0].count > 2
+    assert np.abs(ends[0].displacement - ends[1].displacement).max() < 1e-10
+    assert np.abs(ends[0].contact_force - ends[1].contact_force).max() < 1e-8
+
+
+def test_a_shift_makes_a_matrix_definite_and_leaves_a_definite_one_alone():
+    A = bsr_array(np.diag([2.0, -1.0, 3.0, 1.0]), blocksize=(2, 2))
+    assert indefinite(A) and not indefinite(shifted(A, np.ones(4)))
+    assert shifted(A @ A, np.ones(4)).toarray() == pytest.approx((A @ A).toarray())

@@ -119,7 +119,7 @@ class FiniteMidpoint(Midpoint):
             u1, missing, scale = self._damped(before, load, u1, touch)
         raise NotConverged(
             f"Newton's method in the step after time {before.time:g} is not done in {limit} iterations.",
-            Record(self.tolerance, limit, lambda: 0, progress=False, history=sizes),
+            Record(self.tolerance, limit, lambda: 0, progress=False, history=sizes or [np.inf]),
         )
 
     def _damped(
