@@ -1,5 +1,7 @@
 """Everyday scenes drawn at random, and the judge that looks at them."""
 
+from random import SystemRandom
+
 import numpy as np
 import pytest
 from everyday.judge import Answer, Posed, complaints, driven_power
@@ -81,3 +83,22 @@ def test_outcomes_are_kept_and_not_computed_again(tmp_path):
     kept.write_text(kept.read_text() + '{"number": 9, "outc')  # a run that was killed while it wrote
     assert outcomes([5, 0], kept=kept) == first[::-1]
     assert len(kept.read_text().splitlines()) == 2
+
+
+SHARES, SCENES = 6, 50  # 300 scenes, in shares that run side by side
+
+
+@pytest.mark.parametrize("share", range(SHARES))
+def test_scenes_drawn_anew_each_run(share):
+    seed = SystemRandom().randrange(10**9)
+    print(f"share {share}: scenes {seed} to {seed + SCENES - 1}")
+    found = outcomes(range(seed, seed + SCENES))
+
+    def words(*bad):
+        some = [one for one in found if one["outcome"] in bad]
+        return "\n".join(f"{one['outcome']}: {one['scene']}: {one['said']}" for one in some)
+
+    assert words("wrong") == ""
+    assert sum(one["outcome"] == "solved" for one in found) > SCENES / 2
+    if words("refused wrongly", "not converged"):
+        pytest.xfail(words("refused wrongly", "not converged"))  # none without friction, 1 in 2,000 wanted

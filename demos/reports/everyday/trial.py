@@ -151,7 +151,8 @@ def _static(scene: Scene) -> tuple[list, Any]:
     solver = ContactSolver(scene.pressed.problem, _correction(scene), progress=False)
     contact = CurvedContact(solver, scene.pressed.points)
     solution = contact.solve(scene.road)
-    return [(_on_planes(scene, contact, solution), _answer(solution))], solution
+    anchor = scene.road.closest(scene.pressed.points)[2] - scene.pressed.points
+    return [(_on_planes(scene, contact, solution, reference=anchor), _answer(solution))], solution
 
 
 def _on_planes(scene: Scene, contact: Any, solution: Any, **options: Any) -> Posed:
