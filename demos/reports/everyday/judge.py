@@ -116,7 +116,7 @@ def complaints(posed: Posed, answer: Answer) -> list[str]:
     check("friction beyond the cone", np.max(np.linalg.norm(tau, axis=1) - posed.mu * p), 1e-12 * size)
     way = np.sqrt(np.sum(slip**2, axis=1))
     idle = posed.mu * p * way + np.einsum("ca,ca->c", tau, slip)  # power not taken from the slip
-    most = 2 * posed.mu * p * 16 * EPS * (length + np.abs(posed.reference).sum(axis=1))
+    most = 16 * EPS * p * way + 2 * posed.mu * p * 16 * EPS * (length + np.abs(posed.reference).sum(axis=1))
     check("slip not against friction", np.max(idle - most), TOLERANCE * size**2 * _softness(posed))
     if not said:
         said += _by_cones(posed, answer, missing, motions, size)
