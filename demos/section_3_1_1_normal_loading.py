@@ -15,73 +15,57 @@
 # $$ p(x) = p_0 \sqrt{1 - x^2/a^2}, \qquad p_0 = \sqrt{\frac{P E^*}{\pi R}}, \tag{12} $$
 # $$ a = \sqrt{\frac{4 P R}{\pi E^*}}, \qquad E^* = \frac{E}{1 - \nu^2}. \tag{13} $$
 #
-# The discrete problem: find nodal displacements $u$ and forces of the road, $p_i$ along its normal $n_i$ and
-# $\tau_i$ across it, with $K u = b + f$ (equation (3) at rest) and at each node that may touch
+# The discrete problem: find nodal displacements $u$ and forces of the road, $p_i$ along its normal $n_i$ and $\tau_i$
+# across it, with $K u = b + f$ (equation (3) at rest) and at each node that may touch
 #
 # $$ g_i = g_i^0 + n_i \cdot u_i \ge 0, \tag{5} $$
 # $$ p_i \ge 0, \qquad p_i g_i = 0, \tag{6} $$
 # $$ |\tau_i| \le \mu p_i. \tag{7} $$
 #
+# ## Without friction: figures 3b and 4
+#
 # UFL forms make $K$ and $b$, the node loop does the rest. The lower half of the cylinder has 760 quadrilaterals, as in
 # the paper. $P$ comes as a uniform traction on the flat face, or through a rigid platen.
 
 # %%
-from dataclasses import replace
-
-from harness.readings import note_laws, read_patch
+from harness.pictures import contact_zone, patch_figure
+from harness.readings import note_laws, read_patch, save_last_step
 from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder
-from model import BodyOnRoad, ContactSolver, Status, follow, solve
-from model.closed_forms.hertz import HertzCylinder
-from model.closed_forms.spence import Spence
-from model.figures.figures import body_picture, mesh_figure, pressure_figure
-from model.results.pressure import line_error
+from model import BodyOnRoad, HertzCylinder, Spence, Status, follow, line_error, mesh_figure, solve
 
-scene = Scene(
-    "section_3_1_1_normal_loading", "An elastic half cylinder pressed on a rigid road (section 3.1.1)."
-)
+scene = Scene("section_3_1_1_normal_loading", "An elastic half cylinder pressed on a rigid road.")
 scene.built("K")
 scene.left_out("M", "C", "gmsh")
 R, E, nu, P, mu = 10.0, 210e3, 0.3, 1e4, 0.5  # mm, MPa, 1, N/mm, 1
 hertz = HertzCylinder(P, R, E, nu)
+spence = Spence(hertz, mu)
 
 
 @scene.assembly
-def cylinder(loading="uniform", friction=None, force=P):
+def cylinder(platen=False, friction=None, force=P):
     body = Body.from_grid(half_cylinder(R))
-    elasticity = Elasticity(body, Isotropic(E, nu))
-    support = Support(body)
-    if loading == "platen":
-        support.platen("top").fix("top", x=0.0)
-    else:
-        support.fix_node(body.nearest_node((0.0, R)), x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -force)))
-    return BodyOnRoad(elasticity, system, Plane(), "arc", friction, reach=0.3 * R)
+    elasticity, middle = Elasticity(body, Isotropic(E, nu)), body.nearest_node((0.0, R))
+    free = Support(body)
+    support = free.platen("top").fix("top", x=0.0) if platen else free.fix_node(middle, x=0.0)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -force)), support)
+    return BodyOnRoad(system, "arc", Plane(), friction=friction, reach=0.3 * R)
 
 
-# %% [markdown]
-# ## Without friction: figures 3b and 4
-
-# %%
 pressed = cylinder()
 solution = solve(pressed.problem, "direct", tolerance=1e-12)
-patch = read_patch(pressed, solution)
+patch, theory = read_patch(pressed, solution), {"Hertz, eq. (12)": hertz.pressure}
 scene.result("p0[mu=0]", patch.p.max(), "MPa", hertz.p0, "Hertz, eq. (12); the paper: 8555")
 scene.result("a[mu=0]", patch.width.interpolated, "mm", hertz.a, "Hertz, eq. (13); the paper: 0.75")
 scene.result("a_lower[mu=0]", patch.width.lower, "mm", 0.73, "the paper, last node in contact")
 scene.result("a_upper[mu=0]", patch.width.upper, "mm", 0.80, "the paper, first node out")
 scene.result("pressure_L2_error[mu=0]", line_error(patch.x, patch.p, hertz.pressure), "1", 0.0, "eq. (12)")
 note_laws(scene, "mu=0", pressed, [solution], (0.0, P))
-body, u = pressed.elasticity.body, pressed.displacement(solution)
-scene.figure(mesh_figure(body, title="760 bilinear quadrilaterals (figure 3b)"), "figure_3b")
-computed, exact, title = {"node loop": patch.p}, {"Hertz, eq. (12)": hertz.pressure}, "mu = 0 (figure 4)"
-scene.figure(pressure_figure(patch.x, computed, exact, hertz.a, title), "figure_4")
-stress = pressed.elasticity.von_mises(u), "von Mises stress (MPa)"
-scene.figure(
-    body_picture(body, u, *stress, centre=(0.0, 0.8), width=4.0, title="The contact zone"), "deformed"
-)
+scene.figure(mesh_figure(pressed.system.body, title="760 bilinear quadrilaterals (figure 3b)"), "figure_3b")
+scene.figure(patch_figure(patch, theory, hertz.a, "mu = 0 (figure 4)"), "figure_4")
+scene.figure(contact_zone(pressed, solution, centre=(0.0, 0.8), width=4.0), "deformed")
 pressed.write(scene.out / "frictionless.xdmf", solution)
 
 # %% [markdown]
@@ -92,21 +76,18 @@ pressed.write(scene.out / "frictionless.xdmf", solution)
 # depends on the number of steps (`reports/normal_loading_refinement.py`: how). Spence (1975) solved the half-plane problem.
 
 # %%
-spence = Spence(hertz, mu)
-rubbing = cylinder("platen", mu)
+rubbing = cylinder(platen=True, friction=mu)
 loads = [rubbing.problem.b * (k / 10) for k in range(1, 11)]
-path = list(follow(ContactSolver(rubbing.problem, "direct"), loads, tolerance=1e-12))
+path = list(follow(rubbing.problem, loads, "direct", tolerance=1e-12))
 patch = read_patch(rubbing, path[-1], degree=2)
 scene.result("p0[mu=0.5]", patch.p.max(), "MPa", spence.p0, "Spence, half plane")
 scene.result("a[mu=0.5]", patch.width.interpolated, "mm", spence.a, "Spence, half plane")
 scene.result("stick_half_width[mu=0.5]", patch.zone(Status.STICK)[1], "mm", spence.c, "Spence, half plane")
 note_laws(scene, "mu=0.5", rubbing, path, (0.0, P), mu)
-computed, title = {"p": patch.p, "tau": patch.tau}, "mu = 0.5, ten steps (figure 5)"
-exact = {"Hertz, mu = 0": hertz.pressure, "Spence, p": spence.pressure, "Spence, tau": spence.traction}
-scene.figure(pressure_figure(patch.x, computed, exact, hertz.a, title), "figure_5")
+theory = {"Hertz, mu = 0": hertz.pressure, "Spence, p": spence.pressure, "Spence, tau": spence.traction}
+scene.figure(patch_figure(patch, theory, hertz.a, "mu = 0.5, ten steps (figure 5)"), "figure_5")
 rubbing.write(scene.out / "friction.xdmf", path[-1])
-stuck_at = path[-2].displacement[rubbing.problem.contact_nodes]
-replace(rubbing.problem, tangential_reference=stuck_at).save(scene.out / "problem.npz", path[-1])
+save_last_step(scene.out / "problem.npz", rubbing, path)
 
 # %% [markdown]
 # **In ParaView**, open `friction.xdmf` (*XDMF Reader*), use *Warp By Vector* on `displacement`, and colour by the X
@@ -117,22 +98,20 @@ replace(rubbing.problem, tangential_reference=stuck_at).save(scene.out / "proble
 # 1. Press with a quarter of P. How should a and p0 change by (12) and (13), and how do they?
 # 2. A platen keeps the flat face straight. Is the peak pressure without friction higher under it, and why?
 # 3. Take mu = 0.1 in place of 0.5. Where does it stick, and what becomes of the peak?
-
-# %% tags=["hide-cell"]
-light, straight, slippery = cylinder(force=P / 4), cylinder("platen"), cylinder("platen", 0.1)
-# 1. Both fall by one half, up to the mesh, which is coarse for the smaller patch.
-halved = read_patch(light, solve(light.problem))
-assert abs(halved.width.interpolated / hertz.a - 0.5) < 0.01 and abs(halved.p.max() / hertz.p0 - 0.5) < 0.01
-# 2. Yes, by 0.3 %: under a uniform traction the flat face bends down in the middle, which spreads the pressure.
-assert 0 < read_patch(straight, solve(straight.problem)).p.max() / scene.value("p0[mu=0]") - 1 < 0.005
-# 3. Only near the middle (Spence: c = 0.05 a), and the peak lies between Hertz's and that of mu = 0.5.
-*_, last = follow(ContactSolver(slippery.problem), loads)
-patch = read_patch(slippery, last)
-assert patch.zone(Status.STICK)[1] < 0.2 * hertz.a and hertz.p0 < patch.p.max() < scene.value("p0[mu=0.5]")
-
-# %% [markdown]
+#
 # **Further reading.** K. L. Johnson, *Contact Mechanics*, Cambridge, 1985, chapters 4 and 5. D. A. Spence, *The Hertz
 # contact problem with finite friction*, Journal of Elasticity 5 (1975) 297-319.
+
+# %% tags=["hide-cell"]
+light, straight, slippery = cylinder(force=P / 4), cylinder(platen=True), cylinder(platen=True, friction=0.1)
+# 1. Both fall by one half, up to the mesh, which is coarse for the smaller patch.
+halved = read_patch(light, solve(light))
+assert abs(halved.width.interpolated / hertz.a - 0.5) < 0.01 and abs(halved.p.max() / hertz.p0 - 0.5) < 0.01
+# 2. Yes, by 0.3 %: under a uniform traction the flat face bends down in the middle, which spreads the pressure.
+assert 0 < read_patch(straight, solve(straight)).p.max() / scene.value("p0[mu=0]") - 1 < 0.005
+# 3. Only near the middle (Spence: c = 0.05 a), and the peak lies between Hertz's and that of mu = 0.5.
+patch = read_patch(slippery, list(follow(slippery.problem, loads))[-1])
+assert patch.zone(Status.STICK)[1] < 0.2 * hertz.a and hertz.p0 < patch.p.max() < scene.value("p0[mu=0.5]")
 
 # %%
 scene.finish(solution)

@@ -9,7 +9,23 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from model.figures.contact_map import MARKS
-from model.figures.figures import COLOUR_MAP, LOOKS, new_figure, outlines
+from model.figures.figures import COLOUR_MAP, LOOKS, body_picture, new_figure, outlines, pressure_figure
+from model.results.body_on_road import von_mises
+
+
+def patch_figure(
+    patch: Any, exact: Mapping[str, Callable[[np.ndarray], np.ndarray]], half_width: float, title: str
+) -> Figure:
+    """Draw the pressure of a `Patch`, and its shear traction if there is any, beside closed forms by label."""
+    computed = {"p": patch.p} | ({"tau": patch.tau} if patch.tau.any() else {})
+    return pressure_figure(patch.x, computed, exact, half_width, title)
+
+
+def contact_zone(pressed: Any, solution: Any, centre: tuple[float, float], width: float) -> Figure | None:
+    """Draw a plane body in contact, deformed, with von Mises' stress, and the contact zone magnified (mm)."""
+    u, label = pressed.displacement(solution), "von Mises stress (MPa)"
+    stress = von_mises(pressed.system.stress(u))
+    return body_picture(pressed.system.body, u, stress, label, centre, width, "The contact zone")
 
 
 def panels_of_runs(

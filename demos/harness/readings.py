@@ -1,6 +1,8 @@
 """What is read off a contact on a line, and noted as results of a scene."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,6 +48,25 @@ def read_patch(pressed: Any, solution: Any, degree: int = 1) -> Patch:
     x, p, status = pressed.points[order, 0], pressed.pressure(solution)[order], solution.status[order]
     width = contact_half_width(x, p, status != Status.FREE, degree)
     return Patch(x, p, pressed.traction(solution)[order, 0], status, width)
+
+
+def save_last_step(
+    file: Path, pressed: Any, solutions: Sequence[Any], load: np.ndarray | None = None
+) -> None:
+    """Save the last step of a path as a problem of its own: NAME.npz, with the step's solution.
+
+    Parameters
+    ----------
+    file : Path
+    pressed : BodyOnRoad
+    solutions : sequence of Solution
+        Of the steps; nodes stick where the last but one has left them.
+    load : (N, dim), optional
+        Of the last step; default the problem's own.
+    """
+    before = solutions[-2].displacement[pressed.problem.contact_nodes]
+    load = pressed.problem.b if load is None else load
+    replace(pressed.problem, b=load, tangential_reference=before).save(file, solutions[-1])
 
 
 def coulomb_violation(pressed: Any, solutions: Sequence[Any], mu: float) -> float:
