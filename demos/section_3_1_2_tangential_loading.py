@@ -20,24 +20,28 @@
 # and Carter, for steady rolling, the same two ellipses with the stick zone at the leading edge, here on the right. The
 # paper loads in two ways: *subsequent*, $P$ in ten steps, then $Q$ in ten; *initial*, both together in ten.
 #
-# Q pulls at the height R above the road, so something must balance the moment Q R: if the flat face were free, the
-# cylinder would roll away. Here P and Q act on a rigid platen that moves in x and y but does not tilt.
+# Q pulls at the height R above the road: if the flat face were free, its moment would roll the cylinder away. Here P and Q
+# act on a rigid platen that moves in x and y but does not tilt.
+#
+# ## The two scenarios: figures 6 and 7
+#
+# An elastic body on a rigid road has Dundurs' $\beta = \frac{1 - 2 \nu}{2 (1 - \nu)} = 0.29$: pressing alone drags its
+# surface outwards. At the trailing edge (left) that adds to the shear due to Q, at the leading edge it has the other sign.
+# So in both scenarios the stick zone moves to the leading edge, and reaches it where P and Q grow together.
 
 # %%
 from dataclasses import replace
 
 import numpy as np
-from harness.readings import note_laws, read_patch
+from harness.pictures import traction_figure
+from harness.readings import last_slip, note_laws, note_zone, read_patch, save_last_step
+from harness.refusals import refusal
 from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder
-from model import BodyOnRoad, ContactSolver, Status, follow, solve
-from model.closed_forms.carter import Carter
-from model.closed_forms.hertz import HertzCylinder
-from model.closed_forms.mindlin import MindlinCylinder
-from model.figures.figures import stick_slip_figure
-from model.results.pressure import contact_half_width, line_error
+from model import BodyOnRoad, Carter, HertzCylinder, MindlinCylinder, Status, follow, line_error, solve
+from model.results.pressure import contact_half_width
 
 scene = Scene("section_3_1_2_tangential_loading", "A half cylinder pressed and pulled along (section 3.1.2).")
 scene.built("K")
@@ -50,54 +54,36 @@ Q, part = 0.75 * mu * P, np.arange(1, 11) / 10
 def under_platen(nu, friction):
     """The half cylinder under its platen, which a frictionless road does not hold; P and Q on it."""
     elasticity = Elasticity(Body.from_grid(half_cylinder(R)), Isotropic(E, nu), mean_dilatation=nu > 0.4)
+    push, pull = (elasticity.total_force("top", force) for force in ((0.0, -P), (Q, 0.0)))
     support = Support(elasticity.body).platen("top")
-    if not friction:
-        support.fix("top", x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -P)))
-    pull = system.reduce(elasticity.total_force("top", (Q, 0.0)))
-    return BodyOnRoad(elasticity, system, Plane(), "arc", friction, reach=0.3 * R), system.load, pull
+    system = elasticity.system(push, support if friction else support.fix("top", x=0.0))
+    contact = BodyOnRoad(system, "arc", Plane(), friction=friction, reach=0.3 * R)
+    return contact, system.load, system.reduce(pull)
 
 
-# %% [markdown]
-# ## The two scenarios: figures 6 and 7
-#
-# An elastic body on a rigid road has Dundurs' $\beta = \frac{1 - 2 \nu}{2 (1 - \nu)} = 0.29$: pressing alone drags its
-# surface outwards. At the trailing edge (left) that adds to the shear due to Q, at the leading edge it has the other sign.
-# So in both scenarios the stick zone moves to the leading edge, and reaches it where P and Q grow together.
-
-# %%
 pressed, push, pull = under_platen(nu=0.3, friction=mu)
 hertz = HertzCylinder(P, R, E, nu=0.3)
-mindlin, carter, nodes = MindlinCylinder(hertz, Q, mu), Carter(hertz, Q, mu), pressed.problem.contact_nodes
-slides = {"full sliding": mindlin.sliding_traction, "Cattaneo-Mindlin, (14)": mindlin.traction}
-rolls = {"rolling (Carter)": carter.traction, "Cattaneo-Mindlin, (14)": mindlin.traction}
-one_after_the_other = [push * k for k in part] + [push + pull * k for k in part]
+mindlin, carter = MindlinCylinder(hertz, Q, mu), Carter(hertz, Q, mu)
+slides, rolls = {"full sliding": mindlin.sliding_traction}, {"rolling (Carter)": carter.traction}
 scenarios = {
-    "subsequent": (one_after_the_other, slides),
+    "subsequent": ([push * k for k in part] + [push + pull * k for k in part], slides),
     "initial": ([(push + pull) * k for k in part], rolls),
 }
 for number, (name, (loads, theory)) in enumerate(scenarios.items(), start=6):
-    path = list(follow(ContactSolver(pressed.problem), loads, tolerance=1e-11))
-    last, patch = path[-1], read_patch(pressed, path[-1])
-    slip = (last.displacement - path[-2].displacement)[nodes, 0][np.argsort(pressed.points[:, 0])]
-    slip = np.where(patch.status == Status.SLIP, slip, 0.0)
+    path = list(follow(pressed.problem, loads, tolerance=1e-11))
+    patch, slip = read_patch(pressed, path[-1]), last_slip(pressed, path)
     scene.result(f"p0[{name}]", patch.p.max(), "MPa", hertz.p0, "Hertz, frictionless")
-    for key, status, exact in (("stick", 2, None), ("contact", 1, hertz.a)):
-        for end, place, sign in zip(("from", "to"), patch.zone(status), (-1, 1)):
-            scene.result(
-                f"{key}_{end}[{name}]", place, "mm", exact and sign * exact, exact and "Hertz, frictionless"
-            )
-    scene.result(f"tangential_force_error[{name}]", abs(last.contact_force[:, 0].sum() / Q + 1), "1", 0.0)
-    scene.result(
-        f"max_slip_power[{name}]", (patch.tau * slip).max(), "MPa mm", 0.0, "friction opposes slip", "at most"
-    )
+    note_zone(scene, "stick", name, patch.zone(Status.STICK))
+    note_zone(scene, "contact", name, patch.zone(Status.SLIP), hertz.a, "Hertz, frictionless")
+    scene.result(f"tangential_force_error[{name}]", abs(path[-1].contact_force[:, 0].sum() / Q + 1), "1", 0.0)
+    power = (patch.tau * slip).max()
+    scene.result(f"max_slip_power[{name}]", power, "MPa mm", 0.0, "friction opposes slip", "at most")
     note_laws(scene, name, pressed, path, (-Q, P), mu)
+    exact = theory | {"Cattaneo-Mindlin, (14)": mindlin.traction}
     title = f"Figure {number}: {name} loading, the leading edge on the right"
-    zone = patch.zone(Status.STICK), hertz.a, slip, title
-    scene.figure(stick_slip_figure(patch.x, abs(patch.tau), mu * patch.p, theory, *zone), f"figure_{number}")
-    pressed.write(scene.out / f"{name}.xdmf", last)
-solved = replace(pressed.problem, b=loads[-1], tangential_reference=path[-2].displacement[nodes])
-solved.save(scene.out / "problem.npz", last)
+    scene.figure(traction_figure(patch, mu, exact, hertz.a, title, slip=slip), f"figure_{number}")
+    pressed.write(scene.out / f"{name}.xdmf", path[-1])
+save_last_step(scene.out / "problem.npz", pressed, path, loads[-1])
 
 # %% [markdown]
 # ## The coupling taken out: Cattaneo and Mindlin met
@@ -109,22 +95,21 @@ solved.save(scene.out / "problem.npz", last)
 # %%
 hertz = HertzCylinder(P, R, E, nu=0.49)
 mindlin = MindlinCylinder(hertz, Q, mu)
-smooth = under_platen(nu=0.49, friction=None)[0]
-rough, push, pull = under_platen(nu=0.49, friction=mu)
+(smooth, *_), (rough, push, pull) = (under_platen(nu=0.49, friction=friction) for friction in (None, mu))
 laid_on = solve(smooth.problem, "direct").displacement[rough.problem.contact_nodes]
 uncoupled = replace(rough.problem, tangential_reference=laid_on)
-*_, last = follow(ContactSolver(uncoupled, "direct"), [push + pull * k for k in part])
+*_, last = follow(uncoupled, [push + pull * k for k in part], "direct")
 patch = read_patch(rough, last)
-x = patch.x - patch.width.centre
-zone = contact_half_width(x, mu * patch.p - abs(patch.tau), patch.status == Status.STICK)
+patch = patch._replace(x=patch.x - patch.width.centre)
+zone = contact_half_width(patch.x, mu * patch.p - abs(patch.tau), patch.status == Status.STICK)
+error = line_error(patch.x, abs(patch.tau), mindlin.traction)
 scene.result("c_over_a[uncoupled]", zone.interpolated / hertz.a, "1", 0.5, "eq. (15)")
-scene.result("tau_L2_error[uncoupled]", line_error(x, abs(patch.tau), mindlin.traction), "1", 0.0, "eq. (14)")
+scene.result("tau_L2_error[uncoupled]", error, "1", 0.0, "eq. (14)")
 scene.result("patch_centre[uncoupled]", patch.width.centre, "mm", 0.0, "eq. (14)")
 scene.result("stick_centre[uncoupled]", zone.centre, "mm", 0.0, "eq. (14), from the middle of the patch")
 theory = {"Cattaneo-Mindlin, (14)": mindlin.traction, "full sliding": mindlin.sliding_traction}
 sticks = zone.centre - zone.interpolated, zone.centre + zone.interpolated
-picture = stick_slip_figure(x, abs(patch.tau), mu * patch.p, theory, sticks, hertz.a, title="Uncoupled")
-scene.figure(picture, "uncoupled")
+scene.figure(traction_figure(patch, mu, theory, hertz.a, "Uncoupled", sticks), "uncoupled")
 
 # %% [markdown]
 # **In ParaView**, open `subsequent.xdmf` and `initial.xdmf` side by side and colour by `status`: 2 sticks, 1 slips.
@@ -134,28 +119,21 @@ scene.figure(picture, "uncoupled")
 # 1. Pull with Q = mu P / 4 and Q = 0.95 mu P (uncoupled). What does (15) say, and what do you find?
 # 2. Pull back to Q = 0 after scenario 1. Is the shear gone? Where does it slip?
 # 3. Pull harder than mu P. What happens, and what does the program say?
+#
+# **Further reading.** R. D. Mindlin, *Compliance of elastic bodies in contact*, J. Appl. Mech. 16 (1949) 259-268.
+# F. W. Carter, *On the action of a locomotive driving wheel*, Proc. R. Soc. A 112 (1926) 151-157.
 
 # %% tags=["hide-cell"]
 # 1. c / a = 0.87 and 0.22; the mesh resolves a ninth of a.
 for share in (0.25, 0.95):
-    *_, last = follow(ContactSolver(uncoupled, "direct"), [push + pull * (k * share / 0.75) for k in part])
+    *_, last = follow(uncoupled, [push + pull * (k * share / 0.75) for k in part], "direct")
     assert abs(read_patch(rough, last).zone(Status.STICK)[1] / hertz.a - np.sqrt(1 - share)) < 1 / 9
 # 2. No: the edges, which slipped forwards, slip backwards, and a locked-in shear of zero sum stays.
-*_, last = follow(
-    ContactSolver(pressed.problem), [*one_after_the_other, *(push + pull * (1 - k) for k in part)]
-)
+*_, last = follow(pressed.problem, scenarios["subsequent"][0] + [push + pull * (1 - k) for k in part])
 patch = read_patch(pressed, last)
 assert abs(last.contact_force[:, 0].sum()) < 1e-8 * Q and abs(patch.tau).max() > 0.1 * patch.p.max()
 # 3. Nothing can balance it: the body would slide away, and one sentence says so.
-try:
-    list(follow(ContactSolver(pressed.problem), [push + 2 * pull]))
-    raise AssertionError("It must not stand still.")
-except (RuntimeError, ValueError) as error:
-    print(error)
-
-# %% [markdown]
-# **Further reading.** R. D. Mindlin, *Compliance of elastic bodies in contact*, J. Appl. Mech. 16 (1949) 259-268.
-# F. W. Carter, *On the action of a locomotive driving wheel*, Proc. R. Soc. A 112 (1926) 151-157.
+print(refusal(list, follow(pressed.problem, [push + 2 * pull])))
 
 # %%
 scene.finish(last)

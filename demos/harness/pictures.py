@@ -8,8 +8,17 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from model import Status
 from model.figures.contact_map import MARKS
-from model.figures.figures import COLOUR_MAP, LOOKS, body_picture, new_figure, outlines, pressure_figure
+from model.figures.figures import (
+    COLOUR_MAP,
+    LOOKS,
+    body_picture,
+    new_figure,
+    outlines,
+    pressure_figure,
+    stick_slip_figure,
+)
 from model.results.body_on_road import von_mises
 
 
@@ -19,6 +28,20 @@ def patch_figure(
     """Draw the pressure of a `Patch`, and its shear traction if there is any, beside closed forms by label."""
     computed = {"p": patch.p} | ({"tau": patch.tau} if patch.tau.any() else {})
     return pressure_figure(patch.x, computed, exact, half_width, title)
+
+
+def traction_figure(
+    patch: Any,
+    mu: float,
+    exact: Mapping[str, Callable[[np.ndarray], np.ndarray]],
+    half_width: float,
+    title: str,
+    sticks: tuple[float, float] | None = None,
+    slip: np.ndarray | None = None,
+) -> Figure:
+    """Draw the shear traction of a `Patch` under mu p; `sticks` (from, to) is that of its nodes if not given."""
+    sticks = patch.zone(Status.STICK) if sticks is None else sticks
+    return stick_slip_figure(patch.x, abs(patch.tau), mu * patch.p, exact, sticks, half_width, slip, title)
 
 
 def contact_zone(pressed: Any, solution: Any, centre: tuple[float, float], width: float) -> Figure | None:

@@ -50,6 +50,13 @@ def read_patch(pressed: Any, solution: Any, degree: int = 1) -> Patch:
     return Patch(x, p, pressed.traction(solution)[order, 0], status, width)
 
 
+def last_slip(pressed: Any, solutions: Sequence[Any]) -> np.ndarray:
+    """Slip along x (n,) in the last step of a path, in rising order of x as in a `Patch`; 0 where nothing slips."""
+    before, last = solutions[-2:]
+    slip = (last.displacement - before.displacement)[pressed.problem.contact_nodes, 0]
+    return np.where(last.status == Status.SLIP, slip, 0.0)[np.argsort(pressed.points[:, 0])]
+
+
 def save_last_step(
     file: Path, pressed: Any, solutions: Sequence[Any], load: np.ndarray | None = None
 ) -> None:
@@ -110,3 +117,17 @@ def note_laws(
         f"max_coulomb_violation[{name}]", coulomb_violation(pressed, solutions, mu), "p0", 0.0, "eq. (7)"
     )
     scene.result(f"force_balance_error[{name}]", off.max() / np.abs(force).max(), "1", 0.0, "equilibrium")
+
+
+def note_zone(
+    scene: Scene,
+    key: str,
+    name: str,
+    zone: tuple[float, float],
+    half_width: float | None = None,
+    source: str | None = None,
+) -> None:
+    """Note where a zone begins and ends (mm), as key_from[name] and key_to[name], beside -half_width and half_width."""
+    for end, place, sign in zip(("from", "to"), zone, (-1, 1)):
+        exact = None if half_width is None else sign * half_width
+        scene.result(f"{key}_{end}[{name}]", place, "mm", exact, source)
