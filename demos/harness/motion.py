@@ -1,6 +1,7 @@
 """Runs in time: their fields for ParaView, and what is noted of them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from harness.scene import Scene
 from model import History, march
 from model.dynamics.step_problem import save_step
-from model.results.xdmf import on_body
+from model.results.xdmf import Series, on_body
 
 
 def recorded(
@@ -64,6 +65,18 @@ def fields_in_motion(elasticity: Any, moving: Any, boundary: str, state: Any) ->
         "status": on_body(len(u), at, state.status),
     }
     return nodes, {"stress": elasticity.stress(u), "von_mises": elasticity.von_mises(u)}
+
+
+def write_motion(
+    path: Path, elasticity: Any, moving: Any, boundary: str, states: Sequence[Any]
+) -> list[np.ndarray]:
+    """Write the fields of all states to NAME.xdmf and NAME.h5; return von Mises' stress (cells,) of each."""
+    series, stresses = Series(path, elasticity.body), []
+    for state in states:
+        nodes, cells = fields_in_motion(elasticity, moving, boundary, state)
+        series.write(state.time, nodes, cells)
+        stresses.append(cells["von_mises"])
+    return stresses
 
 
 def note_motion(scene: Scene, key: str, run: History, kinetic: float, fall: float) -> None:
