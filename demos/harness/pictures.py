@@ -51,6 +51,24 @@ def contact_zone(pressed: Any, solution: Any, centre: tuple[float, float], width
     return body_picture(pressed.system.body, u, stress, label, centre, width, "The contact zone")
 
 
+def lines_figure(
+    lines: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    xlabel: str,
+    ylabel: str,
+    title: str,
+    levels: Mapping[str, float] | None = None,
+) -> Figure:
+    """Draw lines (x, y) by label, with marks where there are several, and levels in grey by label."""
+    figure, axes = new_figure(xlabel, ylabel, title)
+    for look, (label, (x, y)) in zip(LOOKS, lines.items()):
+        marks = {} if len(lines) > 1 else {"marker": "", "linewidth": 1}
+        axes.plot(x, y, label=label, **(look | {"markersize": 4} | marks))
+    for label, level in (levels or {}).items():
+        axes.axhline(level, color="0.5", linestyle="--", label=label)
+    axes.legend(frameon=False)
+    return figure
+
+
 def panels_of_runs(
     runs: Mapping[str, Any],
     rows: Sequence[tuple[str, Callable[[Any], np.ndarray], np.ndarray, tuple[float, float] | None]],
