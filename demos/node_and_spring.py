@@ -26,9 +26,10 @@
 # force. One of the two always fits, and never both, save for $g = p = 0$.
 
 # %%
-import matplotlib.pyplot as plt
 import numpy as np
+from harness.pictures import sticks_then_slips, string_on_the_road
 from harness.scene import Scene
+from harness.strings import string
 from scipy import sparse
 
 from model import ContactProblem, solve
@@ -77,32 +78,29 @@ def one_node_with_friction(k, b, g0, mu, stuck_at=0.0):
     return u, k @ u - b, "slip"
 
 
-k = np.array([[2.0, 0.2], [0.2, 1.0]])
-pulls = np.linspace(0, 2, 201)
-answers = [one_node_with_friction(k, np.array([pull, -2.0]), 1.0, mu=0.5) for pull in pulls]
-
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
-left.plot(pulls, [force[0] for _, force, _ in answers], "k-", label=r"$\tau$")
-left.plot(pulls, [-0.5 * force[1] for _, force, _ in answers], "--", color="0.5", lw=3, label=r"$-\mu p$")
-left.set(xlabel="pull along the road", ylabel="force of the road", title="sticks, then slips")
-right.plot(pulls, [u[0] for u, *_ in answers], "k-", label="$u_t$")
-right.set(xlabel="pull along the road", ylabel="displacement", title="moves only where it slips")
-left.legend()
-right.legend()
-scene.figure(figure, "one_node")
+k, pulls = np.array([[2.0, 0.2], [0.2, 1.0]]), np.linspace(0, 2, 201)
+ways, forces, _ = zip(*(one_node_with_friction(k, np.array([pull, -2.0]), 1.0, mu=0.5) for pull in pulls))
+scene.figure(sticks_then_slips(pulls, np.array(ways), np.array(forces), mu=0.5), "one_node")
 
 # %% [markdown]
 # ## Many nodes: the loop
 #
 # A string under tension $T$ hangs over a road, a depth $d$ above it, and a load $q$ per length pulls it down. Its nodes,
-# a distance $h$ apart, feel their neighbours: row $i$ of $K u = b + p$. The loop visits node after node, holds all
-# others where they are, and lets the node do what a single one does:
+# a distance $h$ apart, feel their neighbours: row $i$ of $K u = b + p$ has $2 T / h$ for itself and $-T / h$ for each. The
+# loop visits node after node, holds all others where they are, and lets the node do what a single one does:
 #
 # $$ \bar u_i = \max\!\Big( \tilde u_i + \tfrac{1}{K_{ii}} (b_i - K_{ij} \tilde u_j),\ -g_i^0 \Big). \tag{9} $$
 #
 # Without the road that is Gauss and Seidel's iteration. With it, it still goes downhill: each visit minimises
 # $J(u) = \tfrac12 u \cdot K u - b \cdot u$ over the one $u_i$ that is allowed to move, so that $J$ falls until nobody
 # can better it alone; for this $J$, convex, over these bounds, nobody alone means nobody at all. That is the whole proof.
+#
+# A free string is a parabola with $T u'' = q$. It meets the road without a kink, for a kink would need a single force that
+# pulls. So it comes down over the length $s$ with $\tfrac{q}{2 T} s^2 = d$, and from there on the road carries the load:
+#
+# $$ s = \sqrt{2 T d / q}, \qquad p(x) = q \text{ for } s < x < L - s. \tag{c} $$
+#
+# The nodal forces over $h$ are that pressure; the node at the edge carries the part of it that is in contact in its cell.
 
 
 # %%
@@ -117,43 +115,16 @@ def loop(K, b, g0, sweeps):
     return u, p, np.array(history)
 
 
-T, q, d, L = 1.0, 2.0, 0.2, 2.0  # N, N/m, m, m
-n = 31
-h = L / (n + 1)
-K = (T / h) * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
-b, g0 = np.full(n, -q * h), np.full(n, d)
+n, d, s = 31, 0.2, np.sqrt(0.2)  # T = 1 N, q = 2 N/m, L = 2 m
+cord = string(n)
+K, b, g0 = cord.K, cord.b, -cord.lower
 u, p, history = loop(K, b, g0, sweeps=250)
-
-# %% [markdown]
-# A free string is a parabola with $T u'' = q$. Where it meets the road it does so without a kink, for a kink would need a
-# single force that pulls. So it comes down over the length $s$ with $\tfrac{q}{2 T} s^2 = d$, lies on the road from
-# there on, and the road carries the load above it:
-#
-# $$ s = \sqrt{2 T d / q}, \qquad p(x) = q \text{ for } s < x < L - s. \tag{c} $$
-#
-# The nodal forces over $h$ are that pressure; the node at the edge carries a part of it, which knows where within
-# its cell the contact ends.
-
-# %%
-s = np.sqrt(2 * T * d / q)
-x = h * np.arange(1, n + 1)
-exact = -d + q / (2 * T) * np.maximum(s - np.minimum(x, L - x), 0.0) ** 2
-scene.result("contact_begins", x[p > 0][0], "m", s, "eq. (c), within one h")
-scene.result("largest_error_of_u", np.abs(u - exact).max() / d, "d", 0.0, "eq. (c), of order h^2")
+scene.result("contact_begins", cord.x[p > 0][0], "m", s, "eq. (c), within one h")
+scene.result("largest_error_of_u", np.abs(u - cord.exact).max() / d, "d", 0.0, "eq. (c), of order h^2")
 scene.result("equilibrium_error", history[-1], "N", 0.0, "K u = b + p")
 scene.result("min_gap", (g0 + u).min(), "m", 0.0, "eq. (5)")
 scene.result("min_force", p.min(), "N", 0.0, "eq. (6)")
-
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
-left.fill_between([0, L], -d, -1.25 * d, color="0.85", label="road")
-left.plot([0, *x, L], [0, *u, 0], "ko", ms=4, label="loop")
-left.plot([0, *x, L], [0, *exact, 0], "-", color="0.4", lw=1, zorder=0, label="closed form (c)")
-left.quiver(x, np.full(n, -1.25 * d), 0 * x, p, scale=4.0, width=0.004, color="0.35")
-left.set(xlabel="x (m)", ylabel="u (m)", title="the string, and the forces of the road")
-left.legend(loc="upper center")
-right.semilogy(np.maximum(history, 1e-17), color="k")
-right.set(xlabel="sweeps", ylabel="error of equilibrium (N)", title="downhill, but slowly")
-scene.figure(figure, "string")
+scene.figure(string_on_the_road(cord, u, p, history), "string")
 
 # %% [markdown]
 # The loop ends with every gap and every force exactly right in sign, though it was never told which nodes touch. It
@@ -166,18 +137,22 @@ scene.figure(figure, "string")
 
 
 # %%
-def in_blocks(K):
+def contact_problem(cord):
     """Give every node a second unknown, along the road, that is held."""
-    return sparse.csr_array(np.kron(K, np.diag([0.0, 1.0])) + np.kron(np.eye(len(K)), np.diag([1.0, 0.0])))
+    n, zero = len(cord.b), 0 * cord.b
+    A = sparse.csr_array(np.kron(cord.K, np.diag([0.0, 1.0])) + np.kron(np.eye(n), np.diag([1.0, 0.0])))
+    load, places, up = (
+        np.column_stack([zero, cord.b]),
+        np.column_stack([cord.x, zero]),
+        np.tile([0.0, 1.0], (n, 1)),
+    )
+    return ContactProblem(A, load, places, np.arange(n), up, -cord.lower)
 
 
-A = in_blocks(K)
-load, up = np.column_stack([0 * b, b]), np.tile([0.0, 1.0], (n, 1))
-problem = ContactProblem(A, load, np.column_stack([x, 0 * x]), np.arange(n), up, g0)
+problem = contact_problem(cord)
 solution = solve(problem, tolerance=1e-12)
-scene.result(
-    "package_against_hand", np.abs(solution.displacement[:, 1] - u).max() / d, "d", 0.0, "the loop above"
-)
+off = np.abs(solution.displacement[:, 1] - u).max() / d
+scene.result("package_against_hand", off, "d", 0.0, "the loop above")
 problem.save(scene.out / "problem.npz", solution)
 
 # %% [markdown]
@@ -186,8 +161,7 @@ problem.save(scene.out / "problem.npz", solution)
 # 1. Both $g = 0$ and $p = 0$: for which $b$ is that so for the single node, and what do small changes of $b$ do?
 # 2. Pull the node with friction to 1.5 and let go. Does it come back to where it started? *Hint: `stuck_at`.*
 # 3. Visit the string's nodes backwards, or in a random order. Does the answer depend on it? Does the number of sweeps?
-# 4. Multiply each correction by $\omega = 1.45$ (successive over-relaxation). Why is it still allowed, and how many
-#    sweeps does it save?
+# 4. Multiply each correction by $\omega = 1.45$ (successive over-relaxation). Why is it allowed, and what does it save?
 # 5. How does the error against (c) fall with $h$, and why not like it would without contact?
 
 # %% tags=["hide-cell"]
@@ -202,50 +176,32 @@ back, force, now = one_node_with_friction(k, np.array([0.0, -2.0]), 1.0, mu=0.5,
 print(f"{was} at u_t = {slid[0]:.3f}; released: {now} at u_t = {back[0]:.3f}, tau = {force[0]:.3f}")
 
 
-# 3. and 4. The minimum is one and the same; the way to it is not.
-def sweeps_needed(order, omega=1.0, tolerance=1e-10):
+# 3. and 4. The minimum is one and the same; the way to it is not. J falls for any 0 < omega < 2.
+def sweeps_needed(order, omega=1.0):
     """Count sweeps in a given order of nodes; omega is the over-relaxation."""
-    w = np.zeros(n)
-    for count in range(1, 5000):
+    w, count, r = np.zeros(n), 0, b
+    while np.abs(np.where(w == -g0, np.minimum(r, 0.0), r)).max() >= 1e-10:
         for i in order():
             w[i] = max(w[i] + omega * (b[i] - K[i] @ w) / K[i, i], -g0[i])
-        r = K @ w - b
-        if np.abs(np.where(w == -g0, np.minimum(r, 0.0), r)).max() < tolerance:
-            assert np.allclose(w, u, atol=1e-8)
-            return count
-    raise RuntimeError("5000 sweeps are not enough")
+        r, count = K @ w - b, count + 1
+    assert np.allclose(w, u, atol=1e-8)
+    return count
 
 
 random = np.random.default_rng(1)
 print("forward, backward:", sweeps_needed(lambda: range(n)), sweeps_needed(lambda: range(n - 1, -1, -1)))
 print("shuffled:", sweeps_needed(lambda: random.permutation(n)))
-print("omega = 1.45:", sweeps_needed(lambda: range(n), omega=1.45), "sweeps; J falls for any 0 < omega < 2")
-
+print("omega = 1.45:", sweeps_needed(lambda: range(n), omega=1.45))
 
 # 5. The edge of the contact lies within a cell, so that the error goes up and down under a line of order 2.
-def error(n):
-    """Return the largest error of u on n nodes."""
-    h = L / (n + 1)
-    x = h * np.arange(1, n + 1)
-    K = (T / h) * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
-    A = in_blocks(K)
-    load = np.column_stack([np.zeros(n), np.full(n, -q * h)])
-    sol = solve(ContactProblem(A, load, np.column_stack([x, 0 * x]), np.arange(n), np.tile([0.0, 1.0], (n, 1)),
-                               np.full(n, d)), tolerance=1e-12)  # fmt: skip
-    exact = -d + q / (2 * T) * np.maximum(s - np.minimum(x, L - x), 0.0) ** 2
-    return np.abs(sol.displacement[:, 1] - exact).max() / d
-
-
-for nodes in (31, 63, 127, 255):
-    print(f"{nodes:4d} nodes: error {error(nodes):.1e} d, over h^2: {error(nodes) * (nodes + 1) ** 2:.2f}")
+for cord in map(string, (31, 63, 127, 255)):
+    error = np.abs(solve(contact_problem(cord), tolerance=1e-12).displacement[:, 1] - cord.exact).max() / d
+    print(f"{len(cord.b):4d} nodes: error {error:.1e} d, over h^2: {error * (len(cord.b) + 1) ** 2:.2f}")
 
 # %% [markdown]
-# ## Further reading
-#
-# - C. Cryer, *The solution of a quadratic programming problem using systematic overrelaxation*, SIAM J. Control 9
-#   (1971) 385-392: the loop, and its proof.
-# - R. Glowinski, *Numerical Methods for Nonlinear Variational Problems*, Springer, 1984, chapters I and V.
-# - P. Wriggers, *Computational Contact Mechanics*, 2nd ed., Springer, 2006.
+# **Further reading.** C. Cryer, *The solution of a quadratic programming problem using systematic overrelaxation*, SIAM J.
+# Control 9 (1971) 385-392: the loop, and its proof. R. Glowinski, *Numerical Methods for Nonlinear Variational Problems*,
+# Springer, 1984, chapters I and V. P. Wriggers, *Computational Contact Mechanics*, 2nd ed., Springer, 2006.
 
 # %%
 scene.finish(solution)

@@ -19,24 +19,20 @@
 #
 # $$ c = a \left(1 - \frac{Q}{\mu F}\right)^{1/3} \qquad \text{(Mindlin)}. \tag{b} $$
 #
-# The lower half of the ball is meshed with nested hexahedra: a block at the contact within growing shells. By
-# symmetry a quarter of it will do for F, and a half for Q along x. Its flat face is a rigid platen.
+# The lower half of the ball is meshed with nested hexahedra: a block at the contact within growing shells. By symmetry
+# a quarter of it will do for F, and a half for Q along x. Its flat face is a rigid platen.
 
 # %%
 from dataclasses import replace
 
 import numpy as np
-from harness.readings import coulomb_violation
+from harness.pictures import pushed_sphere
+from harness.readings import coulomb_violation, radius_in_space, sticking_share
 from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_ball
-from model import BodyOnRoad, ContactSolver, follow, solve
-from model.closed_forms.hertz import HertzSphere
-from model.closed_forms.mindlin import MindlinSphere
-from model.figures.contact_map import contact_map, cut_figure
-from model.figures.figures import pressure_figure
-from model.results.xdmf import on_body
+from model import BodyOnRoad, ContactSolver, HertzSphere, MindlinSphere, follow, solve
 
 scene = Scene("sphere_on_plane", "A steel sphere pressed on a plane and pushed: Hertz and Mindlin in space.")
 scene.built("K")
@@ -47,44 +43,35 @@ hertz, SHARE = HertzSphere(F, R, E, nu), {"quarter": 1 / 4, "half": 1 / 2}
 
 @scene.assembly
 def ball(part, refinements, friction=None):
-    """A part of the half ball on the plane, with its share of F."""
+    """Put a part of the half ball on the plane, with its share of F."""
     elasticity = Elasticity(Body.from_grid(half_ball(R, part), refinements), Isotropic(E, nu))
     support = Support(elasticity.body).platen("top").fix("y0", y=0.0)
-    if part == "quarter":
-        support.fix("x0", x=0.0)
-    elif friction is None:
-        support.fix("top", x=0.0)
-    system = support.apply(
-        elasticity.stiffness(), elasticity.total_force("top", (0.0, 0.0, -SHARE[part] * F))
-    )
-    road = Plane((0, 0, 0), (0, 0, 1))
-    return BodyOnRoad(elasticity, system, road, "sphere", friction, reach=0.15 * R)
+    if friction is None:  # no push
+        support.fix("x0" if part == "quarter" else "top", x=0.0)
+    force = elasticity.total_force("top", (0.0, 0.0, -SHARE[part] * F))
+    system = support.apply(elasticity.stiffness(), force)
+    return BodyOnRoad(elasticity, system, Plane(normal=(0.0, 0.0, 1.0)), "sphere", friction, reach=0.15 * R)
 
 
 # %% [markdown]
-# ## Pressed
-#
-# By (a) the squares of the pressures lie on a parabola over r; where it ends is a.
+# **Pressed.** By (a) the squares of the pressures lie on a parabola over r; where it ends is a.
 
 # %%
 for refinements in (1, 2):
     pressed = ball("quarter", refinements)
     solution = solve(pressed.problem, "multigrid", tolerance=1e-8)
-    r, p, dofs = np.hypot(*pressed.points[:, :2].T), pressed.pressure(solution), pressed.problem.b.size
-    inner = (solution.status > 0) & (r < 0.85 * r[solution.status > 0].max())
-    slope, top = np.polyfit(r[inner] ** 2, p[inner] ** 2, 1)
+    p, dofs = pressed.pressure(solution), pressed.problem.b.size
     scene.result(f"p0[dofs={dofs}]", p.max(), "MPa", hertz.p0, "Hertz, eq. (a)")
-    scene.result(f"a[dofs={dofs}]", np.sqrt(-top / slope), "mm", hertz.a, "Hertz, eq. (a)")
+    scene.result(f"a[dofs={dofs}]", radius_in_space(pressed, solution), "mm", hertz.a, "Hertz, eq. (a)")
     scene.result(f"cycles[dofs={dofs}]", solution.cycles, "V(1,1)", 20, "wanted", "at most")
 scene.result("min_gap", solution.gap.min(), "mm", 0.0, "eq. (5)")
 scene.result("min_pressure", p.min(), "MPa", 0.0, "eq. (6)")
 scene.result("force_balance_error", abs(4 * solution.pressure_force.sum() / F - 1), "1", 0.0, "equilibrium")
+pressed.problem.save(scene.out / "problem.npz", solution)
 
 # %% [markdown]
-# ## Pushed: partial slip
-#
-# F first, without friction, so that the shear that it would cause (an elastic body on a rigid road spreads) is left out, as
-# in (b); then Q in steps with friction. Nodes stick where F has left them.
+# **Pushed: partial slip.** F first, without friction, so that the shear that it would cause (an elastic body on a rigid
+# road spreads) is left out, as in (b); then Q in steps with friction. Nodes stick where F has left them.
 
 # %%
 smooth, rubbing, parts = ball("half", 2), ball("half", 2, friction=mu), (0.25, 0.5, 0.75)
@@ -94,32 +81,15 @@ push = rubbing.system.reduce(rubbing.elasticity.total_force("top", (mu * F / 2, 
 path = list(follow(ContactSolver(problem, "multigrid"), [problem.b + part * push for part in parts], 1e-8))
 for part, slipped in zip(parts, path):
     mindlin, name = MindlinSphere(hertz, part * mu * F, mu), f"Q={part} mu F"
-    sticking, touching = (rubbing.area[slipped.status >= kind].sum() for kind in (2, 1))
-    scene.result(
-        f"c_over_a[{name}]", np.sqrt(sticking / touching), "1", mindlin.c / hertz.a, "Mindlin, eq. (b)"
-    )
+    c_over_a = np.sqrt(sticking_share(rubbing, slipped))
+    scene.result(f"c_over_a[{name}]", c_over_a, "1", mindlin.c / hertz.a, "Mindlin, eq. (b)")
     scene.result(f"cycles[{name}]", slipped.cycles, "V(1,1)")
-pushed = -2 * slipped.contact_force[:, 0].sum() / (parts[-1] * mu * F)
+pushed = -2 * slipped.contact_force[:, 0].sum() / (part * mu * F)
 scene.result("max_coulomb_violation", coulomb_violation(rubbing, path, mu), "p0", 0.0, "Coulomb's law")
 scene.result("tangential_balance_error", abs(pushed - 1), "1", 0.0, "equilibrium")
-
-# %%
-body, u, title = rubbing.elasticity.body, rubbing.displacement(slipped), f"Q = {parts[-1]} mu F"
-p, tau = rubbing.pressure(slipped), -rubbing.traction(slipped)[:, 0]
-p_map, tau_map, status = (on_body(len(u), rubbing.nodes, values) for values in (p, tau, slipped.status))
-maps = {"pressure (MPa)": p_map, "traction along the push (MPa)": tau_map}
-scene.figure(
-    contact_map(body, "sphere", maps, status, 1.3 * hertz.a, mirror=[1], title=title), "stick_and_slip"
-)
-line, exact = np.abs(rubbing.points[:, 1]) < 1e-9, {"Hertz": hertz.pressure, "Mindlin": mindlin.traction}
-computed, title = {"p": p[line], "tau": tau[line]}, f"On the line y = 0, {title}"
-scene.figure(pressure_figure(rubbing.points[line, 0], computed, exact, hertz.a, title), "traction")
-stress = rubbing.elasticity.von_mises(u), "von Mises stress (MPa)"
-scene.figure(
-    cut_figure(body, "y0", u, *stress, (0.0, 0.5), 2.5, "The cut through the middle, y = 0"), "deformed"
-)
+for name, figure in pushed_sphere(rubbing, slipped, hertz, mindlin, f"Q = {part} mu F").items():
+    scene.figure(figure, name)
 rubbing.write(scene.out / "sphere.xdmf", slipped)
-pressed.problem.save(scene.out / "problem.npz", solution)
 
 # %% [markdown]
 # **In ParaView**, look at `sphere.xdmf` from below, colour by `status` (2 sticks, 1 slips), then by `contact_traction`.
@@ -136,10 +106,9 @@ eighth = solve(replace(pressed.problem, b=pressed.problem.b / 8), "multigrid")
 assert abs(pressed.pressure(eighth).max() / (hertz.p0 / 2) - 1) < 0.05
 # 2. (c/a)^2 = 1/2, so Q = (1 - 0.5^1.5) mu F = 0.65 mu F.
 *_, half = follow(ContactSolver(problem, "multigrid"), [problem.b + (1 - 0.5**1.5) * push], 1e-8)
-sticking, touching = (rubbing.area[half.status >= kind].sum() for kind in (2, 1))
-assert abs(sticking / touching - 0.5) < 0.05
+assert abs(sticking_share(rubbing, half) - 0.5) < 0.05
 # 3. That shear does not change the pressure: for nu = 0.3 it does, by up to mu times Dundurs' 0.29.
-assert (p * rubbing.points[:, 0] * rubbing.area).sum() > 0
+assert rubbing.pressure(slipped) * rubbing.area @ rubbing.points[:, 0] > 0
 
 # %% [markdown]
 # **Further reading.** K. L. Johnson, *Contact Mechanics*, Cambridge, 1985, chapters 4 and 7. The meshes up to a million

@@ -10,9 +10,8 @@
 # **You will learn** to read a road from a file, to follow a load path over it, and why the real contact area is not the
 # nominal one. **You need** section 3.1.2; nearly incompressible materials are explained as we go.
 #
-# What a tyre does with the road, in small: rubber blocks with grooves between them are pressed on a rough
-# road by a rigid platen, and the road is pulled away below them. At each step the displacement $u$ and the
-# contact forces satisfy $K u = b + f$ and
+# What a tyre does with the road, in small: rubber blocks with grooves between them are pressed on a rough road by a rigid
+# platen, and the road is pulled away below them. At each step the displacement and the forces satisfy $K u = b + f$ and
 #
 # $$ g(x + u) \ge 0, \qquad p \ge 0, \qquad p\,g = 0, \qquad |\tau| \le \mu p, \tag{5, 6, 7} $$
 #
@@ -36,8 +35,7 @@ from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, SmoothRoad, read_samples, tread_block
-from model import BodyOnRoad, solve
-from model.results.xdmf import Series
+from model import BodyOnRoad, Series, solve
 
 scene = Scene("tread_block", "A rubber tread block pressed on a rough road and dragged over it.")
 scene.built("K")
@@ -45,18 +43,6 @@ scene.left_out("M", "C", "gmsh", "pyvista")
 E, nu, mu = 5.0, 0.49, 0.8  # MPa, 1, 1
 pressure, sliding = 0.3, 4.0  # mean pressure on the blocks (MPa), way of the road (mm)
 steps, spacing = ((8, 16), 1.0) if scene.quick else ((20, 80), 0.5)  # pressing and dragging; mm
-
-# %% [markdown]
-# ## The road
-#
-# A random profile with wavelengths from 3 to 25 mm, put down at irregular places as a profilometer would, and read back
-# from the file; between the samples it is a smooth spline, for a corner has no normal.
-
-# %%
-x = np.sort(np.random.default_rng(1).uniform(-25, 30, 300))
-heights = rough_heights(x, 0.15, (3.0, 25.0), power=0.8)
-write_profile(scene.out / "road.csv", x, heights - heights.max())
-profile = SmoothRoad.through(*read_samples(scene.out / "road.csv"))
 
 
 @scene.assembly
@@ -70,36 +56,36 @@ def tread(road):
 
 
 # %% [markdown]
-# ## Pressed, then dragged
+# The road: a random profile with wavelengths from 3 to 25 mm, put down at irregular places as a profilometer would, and read
+# back from the file; between the samples it is a smooth spline, for a corner has no normal. Pressed on it, then dragged:
 
 # %%
-rubber = tread(profile)
-body, elasticity, paths = rubber.elasticity.body, rubber.elasticity, {}
-series, load = Series(scene.out / "tread.xdmf", body), rubber.problem.b
+x = np.sort(np.random.default_rng(1).uniform(-25, 30, 300))
+heights = rough_heights(x, 0.15, (3.0, 25.0), power=0.8)
+write_profile(scene.out / "road.csv", x, heights - heights.max())
+profile = SmoothRoad.through(*read_samples(scene.out / "road.csv"))
+rubber, flat = tread(profile), tread(Plane())
+first = replace(
+    rubber.problem, b=pressure * rubber.area.sum() * rubber.problem.b
+)  # on the planes nearest at rest
+first.save(scene.out / "problem.npz", solve(first, "direct"))  # for any other solver
+
+series = Series(scene.out / "tread.xdmf", rubber.elasticity.body)
 keep = lambda step, solution: series.write(step, *rubber.fields(solution))  # noqa: E731
-paths["rough road"] = path = press_and_drag(scene, "2-D", rubber, profile, pressure, sliding, steps, keep)
-flat = tread(Plane())
-paths["flat road"] = press_and_drag(scene, "flat road", flat, Plane(), pressure, sliding, steps)
-stress = [elasticity.von_mises(rubber.displacement(solution)) for solution in path.solutions]
+path = press_and_drag(scene, "2-D", rubber, profile, pressure, sliding, steps, keep)
+on_flat = press_and_drag(scene, "flat road", flat, Plane(), pressure, sliding, steps)
+paths = {"rough road": path, "flat road": on_flat}
+stress = [rubber.elasticity.von_mises(rubber.displacement(solution)) for solution in path.solutions]
 largest = max(s.max() for s in stress) / (1.5 * E / (1 + nu))
 scene.result("largest_strain[2-D]", largest, "1", 0.1, "small, for linear strain", "at most")
 scene.figure(area_and_friction(paths, mu), "area_and_friction")
 begins = steps[0] + steps[1] * 3 // 8 - 1  # 1.5 mm: it begins to slide
-u = rubber.displacement(path.solutions[begins])
-picture = stick_slip_along_the_road(body, rubber, path, begins, u, stress[begins], profile)
-scene.figure(picture, "stick_and_slip_2d")
+scene.figure(stick_slip_along_the_road(rubber, path, begins, stress[begins], profile), "stick_and_slip_2d")
 
 # %% [markdown]
 # The blocks stick up to about 1 mm and slide altogether from 2.4 mm on; stick lasts longest at the leading edge of each block
 # and on the summits. The strains at the corners are beyond what linear strain is true to: the program says so.
 #
-# For any other solver, the first round of all: pressed on the planes that are nearest to the nodes at rest.
-
-# %%
-first = replace(tread(profile).problem, b=pressure * rubber.area.sum() * load)
-first.save(scene.out / "problem.npz", solve(first, "direct"))
-
-# %% [markdown]
 # **In ParaView**, open `tread.xdmf`, *Warp By Vector* on `displacement`, colour by `status`, and play: stick (2) goes out.
 #
 # ## Exercises
@@ -120,13 +106,9 @@ for name, each in paths.items():
     print(f"{name}: slides altogether from {min(slides, default=np.nan):.2f} mm on")
 
 # %% [markdown]
-# **Further reading.** B. N. J. Persson, *Theory of rubber friction and contact mechanics*, J. Chem. Phys. 115 (2001)
-# 3840-3861. T. J. R. Hughes, *Generalization of selective integration procedures to anisotropic and nonlinear media*,
-# Int. J. Numer. Meth. Engng 15 (1980) 1413-1418, for (a). Cords, and blocks in space: `reports/tread_blocks.py`.
+# **Further reading.** B. N. J. Persson, *Theory of rubber friction and contact mechanics*, J. Chem. Phys. 115 (2001) 3840.
+# T. J. R. Hughes, *Generalization of selective integration procedures to anisotropic and nonlinear media*, Int. J. Numer.
+# Meth. Engng 15 (1980) 1413, for (a). Cords, and blocks in space: `reports/tread_blocks.py`.
 
 # %%
-cost = {
-    "cycles": sum(s.cycles for s in path.solutions),
-    "solve_seconds": sum(s.seconds for s in path.solutions),
-}
-scene.finish(path.solutions[-1], **cost)
+scene.finish(path.solutions[-1], **path.cost())

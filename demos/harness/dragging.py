@@ -27,6 +27,11 @@ class Dragged(NamedTuple):
     area: np.ndarray
     solutions: list
 
+    def cost(self) -> dict[str, float]:
+        """Cycles and seconds of the whole path, for `Scene.finish`."""
+        names = {"cycles": "cycles", "solve_seconds": "seconds"}
+        return {cost: sum(getattr(s, name) for s in self.solutions) for cost, name in names.items()}
+
 
 def press_and_drag(
     scene: Scene,

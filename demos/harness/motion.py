@@ -79,6 +79,25 @@ def write_motion(
     return stresses
 
 
+def keeping(
+    path: Any, elasticity: Any, moving: Any, every: int, seldom: int
+) -> tuple[Callable[[Any], None], dict[float, np.ndarray]]:
+    """Return what keeps the states of a run, and the snapshots that it fills.
+
+    Every so many steps it writes fields to an XDMF file, and seldom keeps the displacement (N, dim) by time (s); the
+    body touches with its boundary "outer".
+    """
+    series, snapshots = Series(path, elasticity.body), {}
+
+    def keep(state: Any) -> None:
+        if state.step % every == 0:
+            series.write(state.time, *fields_in_motion(elasticity, moving, "outer", state))
+        if state.step % seldom == 0:
+            snapshots[state.time] = state.displacement
+
+    return keep, snapshots
+
+
 def note_motion(scene: Scene, key: str, run: History, kinetic: float, fall: float) -> None:
     """Note when a falling body touches, what becomes of its energy, and how well the laws of contact are kept.
 
@@ -109,3 +128,18 @@ def note_motion(scene: Scene, key: str, run: History, kinetic: float, fall: floa
     scene.result(f"min_gap[{key}]", run["lowest_gap"].min(), "m", 0.0, "eq. (5)")
     scene.result(f"max_coulomb_violation[{key}]", run["cone"].max(), "N/m, nodal force", 0.0, "eq. (7)")
     scene.result(f"momentum_error[{key}]", run["momentum_error"].max(), "N s/m", 0.0, "weight and road")
+
+
+def note_impact(scene: Scene, name: str, run: History, exact: Any) -> None:
+    """Note pressure, release, rebounds and energy of a rod that strikes a wall, beside `exact`, a `RodImpact`.
+
+    The run follows the node "end".
+    """
+    time, energy, form = run["time"], run["kinetic"] + run["strain"], "closed form"
+    off = np.abs(run["force_x"][(time > 1.1) & (time < 1.9)] / 0.5 - 1.0).max()
+    release, gain = time[np.flatnonzero(run["contacts"])[-1]], run["gain"].max() / exact.energy
+    scene.result(f"pressure_off_by[{name}]", off, "of 1/2", 0.0, f"{form}, 1.1 < t < 1.9")
+    scene.result(f"release[{name}]", release, "s", 2.0, f"{form}; the last step in contact")
+    scene.result(f"touches[{name}]", len(run.touches("end")), "1", 1, form)
+    scene.result(f"max_energy_gain[{name}]", gain, "of 1/8 in a step", 0.0, form)
+    scene.result(f"energy_at_end[{name}]", energy[-1], "J", exact.energy, form)

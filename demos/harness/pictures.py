@@ -9,7 +9,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from model import Status
-from model.figures.contact_map import MARKS
+from model.figures.contact_map import MARKS, contact_map, cut_figure
 from model.figures.figures import (
     COLOUR_MAP,
     LOOKS,
@@ -20,6 +20,7 @@ from model.figures.figures import (
     stick_slip_figure,
 )
 from model.results.body_on_road import von_mises
+from model.results.xdmf import on_body
 
 
 def patch_figure(
@@ -69,21 +70,69 @@ def lines_figure(
     return figure
 
 
-def panels_of_runs(
-    runs: Mapping[str, Any],
-    rows: Sequence[tuple[str, Callable[[Any], np.ndarray], np.ndarray, tuple[float, float] | None]],
-    fine: np.ndarray,
-) -> Figure:
-    """Draw a column of panels for each run: quantities over time, the closed form behind them in grey.
+def sticks_then_slips(pulls: np.ndarray, u: np.ndarray, force: np.ndarray, mu: float) -> Figure:
+    """Draw how a node is pulled along a road: its forces (m, 2) beside the limit of friction, its displacements."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
+    left.plot(pulls, force[:, 0], "k-", label=r"$\tau$")
+    left.plot(pulls, -mu * force[:, 1], "--", color="0.5", lw=3, label=r"$-\mu p$")
+    left.set(xlabel="pull along the road", ylabel="force of the road", title="sticks, then slips")
+    right.plot(pulls, u[:, 0], "k-", label="$u_t$")
+    right.set(xlabel="pull along the road", ylabel="displacement", title="moves only where it slips")
+    left.legend()
+    right.legend()
+    return figure
+
+
+def string_on_the_road(string: Any, u: np.ndarray, p: np.ndarray, history: np.ndarray) -> Figure:
+    """Draw a `String` on its road, displacements (m) and forces (N) beside the closed form, and the sweeps' errors."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+    x, d, L = string.x, -string.lower[0], string.x[0] + string.x[-1]
+    left.fill_between([0, L], -d, -1.25 * d, color="0.85", label="road")
+    left.plot([0, *x, L], [0, *u, 0], "ko", ms=4, label="loop")
+    left.plot([0, *x, L], [0, *string.exact, 0], "-", color="0.4", lw=1, zorder=0, label="closed form (c)")
+    left.quiver(x, np.full(x.size, -1.25 * d), 0 * x, p, scale=4.0, width=0.004, color="0.35")
+    left.set(xlabel="x (m)", ylabel="u (m)", title="the string, and the forces of the road")
+    left.legend(loc="upper center")
+    right.semilogy(np.maximum(history, 1e-17), color="k")
+    right.set(xlabel="sweeps", ylabel="error of equilibrium (N)", title="downhill, but slowly")
+    return figure
+
+
+def sweeps_and_cycles(sweeps: Mapping[int, Sequence[float]], cycles: Mapping[int, Sequence[float]]) -> Figure:
+    """Draw what a sweep leaves of a wave, and the residuals of sweeps and cycles by the number of nodes."""
+    figure, axes = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
+    theta, waves = np.linspace(0, np.pi, 200), r"$\theta$: phase from node to node"
+    axes[0].plot(theta, np.abs(np.exp(1j * theta) / (2 - np.exp(-1j * theta))), "k-")
+    axes[0].axvspan(np.pi / 2, np.pi, color="0.9")
+    axes[0].text(2.35, 0.8, "a coarser mesh\ncannot see these", ha="center", fontsize=9)
+    axes[0].set(xlabel=waves, ylabel="what a sweep leaves, $|G|$", title="eq. (a)", ylim=(0, 1.02))
+    for n, style in zip(sweeps, ("-", "--", "-.", ":")):
+        line = {"color": "k", "ls": style, "label": f"{n} nodes"}
+        axes[1].semilogy(sweeps[n], **line)
+        axes[2].semilogy(range(1, len(cycles[n]) + 1), cycles[n], marker="o", ms=3, **line)
+    axes[1].set(xlabel="sweeps", ylabel="residual", title="the loop alone", xscale="log")
+    axes[2].set(xlabel="cycles, two sweeps of the fine string each", ylabel="residual")
+    axes[2].set(title="truncated multigrid")
+    axes[1].legend(fontsize=8)
+    axes[2].legend(fontsize=8)
+    return figure
+
+
+def panels_of_impacts(runs: Mapping[str, Any], exact: Any) -> Figure:
+    """Draw position, pressure and energy of a rod that strikes a wall, the closed form behind them in grey.
 
     Parameters
     ----------
     runs : dict of History
-        By title.
-    rows : sequence of (label with unit, quantity of a run, closed form at the times `fine`, limits or None)
-    fine : ndarray, shape (m,)
-        Times of the closed form (s).
+        By title, a column each; they follow the node "end".
+    exact : RodImpact
     """
+    fine = np.linspace(0.0, 3.0, 1201)
+    rows: list[tuple[str, Callable[[Any], np.ndarray], np.ndarray, tuple[float, float] | None]] = [
+        ("u(0, t) (m)", lambda run: run["u_x(end)"], exact.displacement(0.0, fine), (-0.03, 0.55)),
+        ("pressure (Pa)", lambda run: run["force_x"], exact.contact_pressure(fine), (-0.1, 1.3)),
+        ("energy (J)", lambda run: run["kinetic"] + run["strain"], exact.energy + 0 * fine, None),
+    ]
     size = (2.5 * len(runs), 2.2 * len(rows))
     figure, axes = plt.subplots(
         len(rows), len(runs), figsize=size, sharex=True, sharey="row", layout="constrained", squeeze=False
@@ -126,26 +175,22 @@ def area_and_friction(paths: Mapping[str, Any], mu: float) -> Figure:
     return figure
 
 
-def stick_slip_along_the_road(
-    body: Any, pressed: Any, path: Any, step: int, u: np.ndarray, stress: np.ndarray, profile: Any
-) -> Figure:
+def stick_slip_along_the_road(pressed: Any, path: Any, step: int, stress: np.ndarray, profile: Any) -> Figure:
     """Draw a plane body at one step of a path, its road, and below what sticks and slips on it in every step.
 
     Parameters
     ----------
-    body : Body
     pressed : BodyOnRoad
     path : Dragged
     step : int
         Of the upper picture.
-    u : ndarray, shape (N, 2)
-        Displacement then (mm).
     stress : ndarray, shape (cells,)
-        Von Mises' (MPa).
+        Von Mises' then (MPa).
     profile : SmoothRoad
         The road before it moves.
     """
-    moved, x = body.coordinates + u, pressed.points[:, 0]
+    body, x = pressed.elasticity.body, pressed.points[:, 0]
+    moved = body.coordinates + pressed.displacement(path.solutions[step])
     figure, panels = plt.subplots(3, 1, figsize=(8, 8), layout="constrained", height_ratios=[4, 1, 4])
     colours = PolyCollection(list(moved[outlines(body.cells)]), cmap=COLOUR_MAP, edgecolor="face")
     colours.set_array(stress)
@@ -169,6 +214,32 @@ def stick_slip_along_the_road(
     panels[1].set(xlim=(fine[0], fine[-1]), ylabel="height (mm)")
     panels[2].set(xlim=(fine[0], fine[-1]), xlabel="x on the road (mm)", ylabel="way of the road (mm)")
     return figure
+
+
+def pushed_sphere(pressed: Any, solution: Any, hertz: Any, mindlin: Any, title: str) -> dict[str, Figure]:
+    """Draw a half ball on a plane that is pushed along x: contact map, tractions on y = 0, and the cut there.
+
+    Parameters
+    ----------
+    pressed : BodyOnRoad
+        Its boundary is "sphere", its cut "y0".
+    solution : Solution
+    hertz : HertzSphere
+    mindlin : MindlinSphere
+    title : str
+    """
+    body, u = pressed.elasticity.body, pressed.displacement(solution)
+    p, tau = pressed.pressure(solution), -pressed.traction(solution)[:, 0]
+    p_map, tau_map, status = (on_body(len(u), pressed.nodes, each) for each in (p, tau, solution.status))
+    maps = {"pressure (MPa)": p_map, "traction along the push (MPa)": tau_map}
+    line, exact = np.abs(pressed.points[:, 1]) < 1e-9, {"Hertz": hertz.pressure, "Mindlin": mindlin.traction}
+    computed, above = {"p": p[line], "tau": tau[line]}, f"On the line y = 0, {title}"
+    stress, cut = pressed.elasticity.von_mises(u), "The cut through the middle, y = 0"
+    return {
+        "stick_and_slip": contact_map(body, "sphere", maps, status, 1.3 * hertz.a, mirror=[1], title=title),
+        "traction": pressure_figure(pressed.points[line, 0], computed, exact, hertz.a, above),
+        "deformed": cut_figure(body, "y0", u, stress, "von Mises stress (MPa)", (0.0, 0.5), 2.5, cut),
+    }
 
 
 def stick_slip_on_a_surface(pressed: Any, path: Any, step: int, surface: Any, title: str) -> Figure:

@@ -76,6 +76,20 @@ def save_last_step(
     replace(pressed.problem, b=load, tangential_reference=before).save(file, solutions[-1])
 
 
+def radius_in_space(pressed: Any, solution: Any) -> float:
+    """Radius of a round patch about the origin: the squares of the pressures lie on a parabola over r, to its end."""
+    r, p = np.hypot(*pressed.points[:, :2].T), pressed.pressure(solution)
+    inner = (solution.status > 0) & (r < 0.85 * r[solution.status > 0].max())
+    slope, top = np.polyfit(r[inner] ** 2, p[inner] ** 2, 1)
+    return float(np.sqrt(-top / slope))
+
+
+def sticking_share(pressed: Any, solution: Any) -> float:
+    """Part of the area in contact that sticks."""
+    sticking, touching = (pressed.area[solution.status >= kind].sum() for kind in (Status.STICK, Status.SLIP))
+    return float(sticking / touching)
+
+
 def coulomb_violation(pressed: Any, solutions: Sequence[Any], mu: float) -> float:
     """Largest |tau| - mu p over some solutions, at least 0, as a part of their largest pressure.
 

@@ -1,6 +1,6 @@
 """A ring riding over a road: its run, the spectrum of its surface velocity, and its hardest step."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -128,3 +128,20 @@ def note_ride(scene: Scene, key: str, ride: Ride, kinetic: float, fall: float) -
     scene.result(f"greatest_force[{key}]", ride.hardest, "N/m")
     fewest = history.resolution.fewest
     scene.result(f"steps_per_wave_period[{key}]", fewest, "1", 10, "what it takes", "at least")
+
+
+def octave_level(spectrum: tuple, beside: tuple, centre: float) -> float:
+    """Level (dB) of one spectrum over another, (frequencies, power), in the octave about a frequency (Hz)."""
+    frequency = spectrum[0]
+    octave = (frequency >= centre / np.sqrt(2)) & (frequency < centre * np.sqrt(2))
+    return float(10 * np.log10(spectrum[1][octave].sum() / beside[1][octave].sum()))
+
+
+def note_spectra(scene: Scene, spectra: dict[str, tuple], octaves: Sequence[float]) -> None:
+    """Note the level of each surface velocity, and by octaves that on the rough road over that on the plane one."""
+    for name, (frequency, power) in spectra.items():
+        rms = np.sqrt(np.trapezoid(power, frequency))
+        scene.result(f"surface_velocity[{name.split()[0]}]", rms, "m/s, rms from the first touch on")
+    for centre in octaves:
+        level = octave_level(spectra["rough road"], spectra["plane road"], centre)
+        scene.result(f"level_of_rough_over_plane[{centre:g} Hz]", level, "dB, octave")

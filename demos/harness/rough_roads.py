@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from geometry import SmoothRoad
+from harness.scene import Scene
 from model.atomic_file import write_aside
 
 
@@ -48,3 +50,10 @@ def write_profile(path: Path, x: np.ndarray, heights: np.ndarray) -> None:
     """Write positions and heights (m,) to a CSV file with a line of names."""
     with write_aside(path) as aside:
         np.savetxt(aside, np.stack([x, heights], axis=1), delimiter=",", header="x,height")
+
+
+def note_profile(scene: Scene, x: np.ndarray, heights: np.ndarray, profile: SmoothRoad) -> None:
+    """Note the extremes of the sampled heights (m,), and the slope of the profile through them."""
+    scene.result("highest_summit", heights.max(), "m")
+    scene.result("deepest_hollow", heights.min(), "m")
+    scene.result("slope", np.std(profile.slope(x[:, None])), "1, standard deviation")
