@@ -16,11 +16,14 @@
 # $$ Q = k\, s \quad\text{until}\quad Q = \mu N, \tag{a} $$
 #
 # $s$ being the way of the platen, $N$ the force of the press: from there on the belt slides under the block.
+#
+# Motions are functions of the time, or of whatever `follow` counts by, and are asked at every step; a number stays. Then
+# `reactions` gives the sheet of all forces of a step: the press bears N, the spring ("ground") Q, nothing is left over.
 
 # %%
 import numpy as np
+from harness.pictures import panels_over
 from harness.scene import Scene
-from matplotlib.figure import Figure
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, MovingRoad, Plane, rectangle
@@ -33,13 +36,6 @@ E, nu, mu, k, deep, end = 10.0, 0.3, 0.5, 1.0, 0.1, 2.0
 steps = (4, 20) if scene.quick else (10, 80)
 
 
-# %% [markdown]
-# ## Motions are functions
-#
-# Of the time, or of whatever `follow` counts by. A value that is a number stays; a function is asked at every step.
-
-
-# %%
 @scene.assembly
 def block():
     body = Body.from_grid(rectangle(20.0, 10.0, 16 if scene.quick else 40, 8 if scene.quick else 20))
@@ -55,12 +51,6 @@ body = contact.system.body
 times = np.concatenate([np.linspace(0, 1, steps[0] + 1)[1:], np.linspace(1, 2, steps[1] + 1)[1:]])
 solutions = list(scene.progress(follow(contact, times), "the press, then the belt", len(times)))
 
-# %% [markdown]
-# ## What bears what
-#
-# `reactions` gives the sheet of all forces of a step. The press bears N, the spring ("ground") Q, and nothing is left over.
-
-# %%
 sheets = [contact.reactions(solution) for solution in solutions]
 print(sheets[-1])
 N = np.array([-sheet.force["reactions"][1] for sheet in sheets])
@@ -71,20 +61,12 @@ way = np.maximum(times - 1.0, 0.0) * end
 scene.result("Q_over_N", Q[-1] / N[-1], "1", mu, "Coulomb: the belt slides")
 scene.result("platen_way", s[-1], "mm", mu * N[-1] / k, "eq. (a)")
 scene.result("spring_off", np.abs(Q - k * s).max() / Q[-1], "of Q", 0.0, "eq. (a), all steps")
-scene.result(
-    "sheet_open_by", max(sheet.remainder for sheet in sheets), "of the largest force", 0.0, "equilibrium"
-)
+remainder = max(sheet.remainder for sheet in sheets)
+scene.result("sheet_open_by", remainder, "of the largest force", 0.0, "equilibrium")
 slips = np.array([np.mean(solution.status[solution.status > 0] == 1) for solution in solutions])
-
-figure = Figure((7.0, 3.2), layout="constrained")
-left, right = figure.subplots(1, 2)
-left.plot(way[steps[0] - 1 :], Q[steps[0] - 1 :], "k-", label="Q, force of the spring")
-left.plot(way[steps[0] - 1 :], mu * N[steps[0] - 1 :], "k--", label="mu N")
-left.set(xlabel="way of the belt (mm)", ylabel="force (N/mm)")
-left.legend()
-right.plot(way[steps[0] - 1 :], slips[steps[0] - 1 :], "k-")
-right.set(xlabel="way of the belt (mm)", ylabel="share of touching nodes that slip", ylim=(-0.05, 1.05))
-scene.figure(figure, "belt")
+forces, since = {"Q, force of the spring": Q, "mu N": mu * N}, slice(steps[0] - 1, None)
+panels = {"force (N/mm)": forces, "share of touching nodes that slip": {"computed": slips}}
+scene.figure(panels_over(way, panels, "way of the belt (mm)", since), "belt")
 contact.write(scene.out / "belt.xdmf", solutions[-1])
 contact.problem.save(scene.out / "problem.npz")
 
@@ -97,6 +79,9 @@ contact.problem.save(scene.out / "problem.npz")
 # 1. How far must the belt go before all slides, if the block were rigid? Compare with the figure.
 # 2. Turn the belt's plane, `MovingRoad(Plane(), turn=lambda t: 0.01 * t)`, under the pressed block. Which support bears a
 #    moment?
+#
+# **Further reading.** E. Rabinowicz, *Friction and Wear of Materials*, Wiley, 1965, on sliders that springs pull. B. N. J.
+# Persson, *Sliding Friction*, Springer, 2000, chapter 3.
 
 # %% tags=["hide-cell"]
 # 1. By mu N / k; the shear of the rubber adds to it.
@@ -107,10 +92,6 @@ assert sliding > mu * N[-1] / k
 contact.road = MovingRoad(Plane((10.0, 0.0), (0.0, 1.0)), turn=lambda t: 0.003 * t, centre=(10.0, 0.0))
 *_, tilted = follow(contact, [0.5, 1.0])
 print(contact.reactions(tilted, about=(10.0, 10.0)))
-
-# %% [markdown]
-# **Further reading.** E. Rabinowicz, *Friction and Wear of Materials*, Wiley, 1965, on sliders that springs pull. B. N. J.
-# Persson, *Sliding Friction*, Springer, 2000, chapter 3.
 
 # %%
 scene.finish(solutions[-1])

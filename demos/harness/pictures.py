@@ -70,6 +70,21 @@ def lines_figure(
     return figure
 
 
+def panels_over(
+    x: np.ndarray, panels: Mapping[str, Mapping[str, np.ndarray]], xlabel: str, part: slice = slice(None)
+) -> Figure:
+    """Draw panels side by side, by the label of their y axis, each with lines over x by label; `part` of them."""
+    size = (3.5 * len(panels), 3.2)
+    figure, axes = plt.subplots(1, len(panels), figsize=size, layout="constrained", squeeze=False)
+    for panel, (ylabel, lines) in zip(axes[0], panels.items()):
+        for dash, (label, y) in zip(("-", "--", ":", "-."), lines.items()):
+            panel.plot(x[part], y[part], dash, color="black", label=label)
+        panel.set(xlabel=xlabel, ylabel=ylabel)
+        if len(lines) > 1:
+            panel.legend()
+    return figure
+
+
 def sticks_then_slips(pulls: np.ndarray, u: np.ndarray, force: np.ndarray, mu: float) -> Figure:
     """Draw how a node is pulled along a road: its forces (m, 2) beside the limit of friction, its displacements."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
