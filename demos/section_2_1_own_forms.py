@@ -27,6 +27,12 @@
 #
 # The mesh is of `dolfinx.mesh.create_rectangle`; those of `dolfinx.io.gmsh` and of XDMF files go the same way. Degree 1,
 # as the paper prefers: the nodes that touch are those that carry the force. `load` is changed from step to step.
+#
+# ## At rest: on a plane
+#
+# Where the top sinks by $\delta$ the foundation carries $\kappa \delta$, the strip below $p = E \delta / H$. So everywhere
+#
+# $$ p = \frac{q}{1 + \kappa H / E}. \tag{b} $$
 
 # %%
 import numpy as np
@@ -77,15 +83,6 @@ with scene.assembly:
     pressing = ufl.inner(load, w) * ds(TOP)
     system = forms.assemble(k(u, w), pressing, [held], update=press, stress=sigma)
 
-
-# %% [markdown]
-# ## At rest: on a plane
-#
-# Where the top sinks by $\delta$ the foundation carries $\kappa \delta$, the strip below $p = E \delta / H$. So everywhere
-#
-# $$ p = \frac{q}{1 + \kappa H / E}. \tag{b} $$
-
-# %%
 press(1.0)
 contact = BodyOnRoad(system, tags.find(BOTTOM), Plane())
 solution = solve(contact)

@@ -18,10 +18,8 @@
 # $$ c = a \sqrt{1 - Q / (\mu P)} = \tfrac{a}{2}, \tag{15} $$
 #
 # and Carter, for steady rolling, the same two ellipses with the stick zone at the leading edge, here on the right. The
-# paper loads in two ways: *subsequent*, $P$ in ten steps, then $Q$ in ten; *initial*, both together in ten.
-#
-# Q pulls at the height R above the road: if the flat face were free, its moment would roll the cylinder away. Here P and Q
-# act on a rigid platen that moves in x and y but does not tilt.
+# paper loads in two ways: *subsequent*, $P$ in ten steps, then $Q$ in ten; *initial*, both together in ten. Both act on a
+# rigid platen that does not tilt: under a free face the moment of Q, which pulls at the height R, would roll the cylinder.
 #
 # ## The two scenarios: figures 6 and 7
 #
