@@ -24,19 +24,10 @@ import warnings
 import numpy as np
 from harness.pictures import ring_outlines, way_over_time
 from harness.scene import Scene
-from harness.wheels import GRAVITY, inertia, mean_radius, sagged, speed_of, turn, wheel
+from harness.wheels import GRAVITY, inertia, note_turning, sagged, speed_of, turned, wheel
 
 from forms import Elasticity, Isotropic
-from model import (
-    BeyondLinear,
-    EnergyMomentum,
-    History,
-    MassRedistribution,
-    MovingBody,
-    UnresolvedWaves,
-    march,
-)
-from model.results.xdmf import Series
+from model import BeyondLinear, EnergyMomentum, MassRedistribution, MovingBody, UnresolvedWaves, march
 
 scene = Scene("rolling_ring", "A ring that really rolls: linear and finite strain side by side.")
 scene.built("M", "tangent")
@@ -46,10 +37,8 @@ warnings.simplefilter("ignore", BeyondLinear)  # which is what we look at
 MUS = (0.1,) if scene.quick else (0.0, 0.1, 0.5)
 
 # %% [markdown]
-# ## The paper's ring, with linear and with finite strain
-#
-# One choice of material: `Elasticity` with `MovingBody` and `MassRedistribution`, or `Hyperelasticity` with `FiniteBody` and
-# `EnergyMomentum`; histories, ledgers, checkpoints and series are the same.
+# **The paper's ring, with linear and with finite strain**: `Elasticity` with `MovingBody` and `MassRedistribution`, or
+# `Hyperelasticity` with `FiniteBody` and `EnergyMomentum`; histories, ledgers, checkpoints and series are the same.
 
 
 # %%
@@ -60,29 +49,13 @@ def launched(mu, finite):
         return EnergyMomentum(moving, 0.01)
     linear = Elasticity(moving.elastic.body, Isotropic(E=1000.0, nu=0.3))
     weight = linear.body_force((0.0, -GRAVITY))
-    return MassRedistribution(
-        MovingBody.from_forms(linear, 1.0, weight, moving.road, "outer", friction=mu or None), 0.01
-    )
+    body = MovingBody.from_forms(linear, 1.0, weight, moving.road, "outer", friction=mu or None)
+    return MassRedistribution(body, 0.01)
 
 
-runs, outlines, radii, angles = {}, {}, {}, {}
-for mu in MUS:
-    for kind in ("linear", "finite"):
-        scheme = launched(mu, kind == "finite")
-        X, at = scheme.body.coordinates, f"{kind}, mu={mu:g}"
-        outer, begin = scheme.body.contact_nodes, scheme.start(velocity=np.tile([10.0, 0.0], (len(X), 1)))
-        runs[at] = history = History(scheme, begin)
-        radii[at], angles[at] = [mean_radius(scheme.body, begin.displacement)], [0.0]
-        if kind == "finite" and mu == 0.1:
-            series = Series(scene.out / "ring.xdmf", scheme.body.elastic.body)
-        for state in march(scheme, begin, 130, history):
-            radii[at].append(mean_radius(scheme.body, state.displacement))
-            angles[at].append(turn(X[outer], (X + state.displacement)[outer]))
-            if kind == "finite" and mu == 0.1:
-                series.write(state.time, {"displacement": state.displacement, "velocity": state.velocity}, {})
-            if state.step == 90:
-                outlines[at] = (X + state.displacement)[outer]
-        angles[at] = np.unwrap(angles[at])
+cases = [(f"{kind}, mu={mu:g}", mu, kind == "finite") for mu in MUS for kind in ("linear", "finite")]
+series = {"finite, mu=0.1": scene.out / "ring.xdmf"}
+runs = {at: turned(launched(mu, finite), series.get(at)) for at, mu, finite in cases}
 
 # %% [markdown]
 # Friction makes the linear ring bounce 40 ms earlier; the ring of finite strain bounces 10 ms earlier with friction of 0.1
@@ -90,39 +63,23 @@ for mu in MUS:
 
 # %%
 MARKS = {0.0: (1.04, 0.0, 32.57), 0.1: (1.03, -1.141, 24.95), 0.5: (0.97, -5.38, 17.67)}
-OTHER = "an independent program, same mesh and dt"
 for at, run in runs.items():
-    touch, rotation, energy = (
-        MARKS[float(at.split("=")[1])] if at.startswith("finite") else (None, None, None)
-    )
-    scene.result(f"second_touch[{at}]", run.bounces(apart=0.05)[1][0], "s", touch, touch and OTHER)
-    scene.result(f"rotation[{at}]", angles[at][90], "rad at 0.9 s", rotation, rotation and OTHER)
-    end = sum(run[part][-1] for part in ("kinetic", "strain", "potential"))
-    scene.result(f"energy_at_the_end[{at}]", end, "J/m at 1.3 s", energy, energy and OTHER)
-    scene.result(f"energy_change[{at}]", end - run["total"][0], "J/m by 1.3 s")
-    scene.result(f"mean_radius_change[{at}]", radii[at][90] / 0.5 - 1.0, "1, at 0.9 s", 0.0)
-    gain = run["gain"].max() / run["kinetic"][0]
-    scene.result(f"max_energy_gain[{at}]", gain, "of the initial energy", 0.0)
-    scene.result(f"momentum_error[{at}]", run["momentum_error"].max(), "N s/m", 0.0)
-scene.figure(ring_outlines({at: xy for at, xy in outlines.items() if "0.1" in at}, 0.5), "outlines")
-radius = {at: (runs[at]["time"], np.array(radii[at]) / 0.5) for at in runs if "=0.1" in at}
+    note_turning(scene, at, run, MARKS[float(at.split("=")[1])] if at.startswith("finite") else None)
+pair = {at: run for at, run in runs.items() if "0.1" in at}
+scene.figure(ring_outlines({at: run.outline for at, run in pair.items()}, 0.5), "outlines")
+radius = {at: (run.history["time"], run.radius / 0.5) for at, run in pair.items()}
 scene.figure(way_over_time(radius, "mean outer radius over that at rest", 1.0), "swelling")
 
 # %% [markdown]
-# ## From sliding to rolling
-#
-# A stiff ring thrown along the road slides until friction has spun it up, then rolls: $t = v_0 / (\mu g (1 + m R^2 / I))$.
+# **From sliding to rolling.** A stiff ring thrown along the road slides until friction has spun it up, then rolls: $t = v_0 / (\mu g (1 + m R^2 / I))$.
 
 # %%
 mesh, dt = ((96, 4), 0.002) if scene.quick else ((192, 6), 0.001)
 scheme = EnergyMomentum(wheel(1e5, 0.1, mesh), dt)
 mass, k = inertia(scheme)
 begin = scheme.start(sagged(scheme.body), np.tile([2.0, 0.0], (len(scheme.body.coordinates), 1)))
-times, speeds = [0.0], [2.0]
-for state in march(scheme, begin, round(0.85 / dt)):
-    times.append(state.time)
-    speeds.append(speed_of(scheme, state, mass))
-times, speeds = np.array(times), np.array(speeds)
+ride = [(state.time, speed_of(scheme, state, mass)) for state in march(scheme, begin, round(0.85 / dt))]
+times, speeds = np.array([(0.0, 2.0), *ride]).T
 slides = (times > 0.1) & (times < 0.6)
 slope, first = np.polyfit(times[slides], speeds[slides], 1)
 rolls = speeds[times > 0.78].mean()
@@ -142,17 +99,17 @@ scene.figure(way_over_time(lines, "speed of the centre (m/s)"), "sliding_to_roll
 
 # %% tags=["hide-cell"]
 # 1. Nearly: what is left is that it still vibrates.
-print([f"{radii[at][90] / 0.5 * np.cos(angles[at][90]):.3f}" for at in runs if at == "linear, mu=0.1"])
+print(f"{runs['linear, mu=0.1'].radius[90] / 0.5 * np.cos(runs['linear, mu=0.1'].angle[90]):.3f}")
 # 2. Nothing the one, much the other.
 elastic, X = scheme.body.elastic, scheme.body.coordinates
-turned = X @ np.array([[np.cos(1.0), np.sin(1.0)], [-np.sin(1.0), np.cos(1.0)]]) - X
+u = X @ np.array([[np.cos(1.0), np.sin(1.0)], [-np.sin(1.0), np.cos(1.0)]]) - X
 stiffness = Elasticity(elastic.body, Isotropic(E=1e5, nu=0.3)).stiffness()
-print(elastic.strain_energy(turned), 0.5 * turned.ravel() @ (stiffness @ turned.ravel()), "J/m")
-assert abs(elastic.strain_energy(turned)) < 1e-9
+print(elastic.strain_energy(u), 0.5 * u.ravel() @ (stiffness @ u.ravel()), "J/m")
+assert abs(elastic.strain_energy(u)) < 1e-9
 # 3. Pressed flat it gives way: its stress vanishes with det F, and det F < 0 costs it little.
 print(
+    "stress over E of a rod at lengths 1.0 to 0.2:",
     [f"{0.5 * (s**3 - s):.3f}" for s in (1.0, 0.8, 0.6, 0.4, 0.2)],
-    "of E: stress of a rod pressed to that length",
 )
 
 # %% [markdown]
@@ -161,4 +118,4 @@ print(
 # Appl. Mech. Engrg. 190 (2000) 1763-1783.
 
 # %%
-scene.finish(runs["finite, mu=0.1"])
+scene.finish(runs["finite, mu=0.1"].history)

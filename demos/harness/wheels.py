@@ -1,12 +1,14 @@
 """Rings that turn: how far, how wide, their weight on the road, and the velocities of steady rolling."""
 
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from forms import Hyperelasticity, NeoHookean, Support
 from geometry import Body, Plane, ring
-from model import BodyOnRoad, FiniteBody, FiniteContact
+from harness.scene import Scene
+from model import BodyOnRoad, FiniteBody, FiniteContact, History, Series, march
 
 GRAVITY = 9.81  # m/s^2
 
@@ -44,6 +46,59 @@ def mean_radius(moving: Any, u: np.ndarray) -> float:
     """Mean distance of the outer nodes from their centre (m)."""
     x = (moving.coordinates + u)[moving.contact_nodes]
     return float(np.linalg.norm(x - x.mean(axis=0), axis=1).mean())
+
+
+class Turned(NamedTuple):
+    """A run of a ring.
+
+    Attributes
+    ----------
+    history : History
+    radius, angle : (steps + 1,)
+        Mean outer radius (m), and rotation (rad).
+    outline : (n, 2)
+        Outer nodes at 0.9 s (m).
+    """
+
+    history: History
+    radius: np.ndarray
+    angle: np.ndarray
+    outline: np.ndarray
+
+
+def turned(scheme: Any, path: Path | None = None) -> Turned:
+    """Launch a ring at 10 m/s along its road and run 130 steps of 0.01 s; `path` gets its series of fields."""
+    body, X, outer = scheme.body, scheme.body.coordinates, scheme.body.contact_nodes
+    begin = scheme.start(velocity=np.tile([10.0, 0.0], (len(X), 1)))
+    history = History(scheme, begin)
+    series = Series(path, body.elastic.body) if path else None
+    radius, angle, outline = [mean_radius(body, begin.displacement)], [0.0], X[outer]
+    for state in march(scheme, begin, 130, history):
+        radius.append(mean_radius(body, state.displacement))
+        angle.append(turn(X[outer], (X + state.displacement)[outer]))
+        if series:
+            series.write(state.time, {"displacement": state.displacement, "velocity": state.velocity}, {})
+        if state.step == 90:
+            outline = (X + state.displacement)[outer]
+    return Turned(history, np.array(radius), np.unwrap(angle), outline)
+
+
+def note_turning(scene: Scene, at: str, run: Turned, marks: tuple[float, float, float] | None) -> None:
+    """Note when a ring touches again, how far it turns and swells, what becomes of its energy and its momentum.
+
+    The marks are second touch (s), rotation at 0.9 s (rad) and energy at the end (J/m), if there are any.
+    """
+    touch, rotation, energy = marks or (None, None, None)
+    other, history = "an independent program, same mesh and dt" if marks else None, run.history
+    end = sum(history[part][-1] for part in ("kinetic", "strain", "potential"))
+    gain = history["gain"].max() / history["kinetic"][0]
+    scene.result(f"second_touch[{at}]", history.bounces(apart=0.05)[1][0], "s", touch, other)
+    scene.result(f"rotation[{at}]", run.angle[90], "rad at 0.9 s", rotation, other)
+    scene.result(f"energy_at_the_end[{at}]", end, "J/m at 1.3 s", energy, other)
+    scene.result(f"energy_change[{at}]", end - history["total"][0], "J/m by 1.3 s")
+    scene.result(f"mean_radius_change[{at}]", run.radius[90] / 0.5 - 1.0, "1, at 0.9 s", 0.0)
+    scene.result(f"max_energy_gain[{at}]", gain, "of the initial energy", 0.0)
+    scene.result(f"momentum_error[{at}]", history["momentum_error"].max(), "N s/m", 0.0)
 
 
 def inertia(scheme: Any, radius: float = 0.5) -> tuple[float, float]:
