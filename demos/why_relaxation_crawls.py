@@ -161,8 +161,9 @@ for k in range(2, 5) if scene.quick else range(2, 7):
         solve(pressed.problem, "none", tolerance=1e-8, limit=10)
     except NotConverged as alone:  # as it must
         found.append((answer.displacement.size, answer.cycles, alone.residual))
-        print("{} unknowns: {} cycles; the loop alone: residual {:.0e}".format(*found[-1]), end=" ")
-        print(f"after {alone.sweeps} sweeps")
+        print(
+            "{} unknowns, {} cycles; the loop alone: {:.0e} after".format(*found[-1]), alone.sweeps, "sweeps"
+        )
 scene.result("cycles[coarsest]", found[0][1], "1")
 scene.result("cycles[finest]", found[-1][1], "1", found[0][1], "as many as on the coarsest")
 scene.result("residual_of_the_loop_alone[finest]", found[-1][2], "1", 0.0, "the loop alone")
