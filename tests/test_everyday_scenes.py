@@ -86,7 +86,7 @@ def test_outcomes_are_kept_and_not_computed_again(tmp_path):
     assert len(kept.read_text().splitlines()) == 2
 
 
-SHARES, SCENES = 2, 25  # on planes; the report has the other roads, and thousands
+SHARES, SCENES = 6, 50  # 300 scenes on planes; the report has the other roads, and thousands
 
 
 def on_planes(numbers):
