@@ -41,7 +41,7 @@ def blas_kernels() -> dict[str, str]:
             threads = f"{library['num_threads']} thread" + "s" * (library["num_threads"] > 1)
             kernel = library.get("architecture") or library["internal_api"]
             kernels[owner] = f"{kernel} ({library['internal_api']} {library['version']}, {threads})"
-    return dict(sorted(kernels.items()))
+    return dict(sorted(kernels.items())) or {"system": "one that threadpoolctl does not know, as Netlib's"}
 
 
 def processor() -> str:
