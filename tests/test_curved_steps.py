@@ -135,6 +135,6 @@ def test_far_off_a_road_only_its_summit_is_seen():
 
 
 def test_rounds_that_do_not_settle_say_so(monkeypatch):
-    monkeypatch.setattr("model.dynamics.curved_steps.ROUNDS", 1)
-    with pytest.raises(NotConverged, match="after 1 rounds nodes are .* off it.*smaller time steps"):
+    monkeypatch.setattr("model.dynamics.curved_steps.ITERATIONS", 1)
+    with pytest.raises(NotConverged, match="after 1 iterations nodes are .* off it.*smaller time steps"):
         ride(on_curved_road(ContactStabilised), QUICK, 30)

@@ -1,8 +1,8 @@
 """Planes that follow the nodes along a road that is not flat, until every node that touches lies on the road.
 
-Each round the contact problem is solved with a plane at each node, and the planes are then laid anew
+In each iteration the contact problem is solved with a plane at each node, and the planes are then laid anew
 where the nodes have come to be. They touch the road, so that the distance left falls with the square of
-the last move; the rounds end when every node that touches lies on the road itself, its force along the
+the last move; the iterations end when every node that touches lies on the road itself, its force along the
 road's normal there.
 
 The force on a node turns as the node moves along the road, which its plane does not know. Where the road
@@ -29,7 +29,7 @@ import numpy as np
 from model.curved.anderson_acceleration import Anderson
 from model.node_loop.status import Status
 
-SMOOTH = 0.1  # turns of the normals below which rounds are combined
+SMOOTH = 0.1  # turns of the normals below which iterations are combined
 
 
 class RoadPlanes:

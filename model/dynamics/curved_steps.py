@@ -1,7 +1,7 @@
 """Time steps on a road that is not flat: the same contact problem, on planes that follow the nodes.
 
 A scheme by itself takes the road for the planes at the nodes as the step begins; that is exact on a flat
-road, and off it by curvature times way squared on another. There any scheme gets rounds like those of
+road, and off it by curvature times way squared on another. There any scheme gets iterations like those of
 `CurvedContact` instead, so that every node that touches ends the step on the road.
 
 The schemes built on the midpoint rule gain no energy on a road that bends either, since their forces work
@@ -20,7 +20,7 @@ from model.dynamics.contact_update import forget_rounding
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator, Touch
 from model.node_loop.status import Status
-from model.quasistatics.curved_contact import ON_ROAD, ROUNDS, softness
+from model.quasistatics.curved_contact import ITERATIONS, ON_ROAD, softness
 from model.solvers.convergence_record import NotConverged, Record
 
 
@@ -29,11 +29,11 @@ class FollowsRoad(TimeIntegrator):
 
     Attributes
     ----------
-    rounds : int
+    iterations : int
         Rounds that the last contact problem took.
     """
 
-    rounds = 0
+    iterations = 0
 
     def touch(self, before: State, moved: np.ndarray, b: np.ndarray, solver: str = "step") -> Touch:
         """Find the increment from the guess `before.displacement + moved` for the missing force b (N, d).
@@ -49,7 +49,7 @@ class FollowsRoad(TimeIntegrator):
         since = (*self.ground(before), was) if isinstance(self, Midpoint) and solver == "step" else None
         planes = RoadPlanes(self.body.road, guessed, sticking, softness(step.loop), near, since)
         last, touch = before, None
-        for self.rounds in range(1, ROUNDS + 1):
+        for self.iterations in range(1, ITERATIONS + 1):
             gap = planes.gaps(guessed)
             touch = step.solve(b, gap, planes.normal, planes.anchor - guessed, last)
             pressure = np.einsum("ca,ca->c", planes.normal, touch.force)
@@ -69,7 +69,7 @@ class FollowsRoad(TimeIntegrator):
         """Bring the massless nodes of a scheme that has such into equilibrium, on the road itself."""
         step, massless = self.solvers["step"], self.solvers["massless"]
         near, added = ON_ROAD * float(np.ptp(self.body.coordinates, axis=0).max()), 0.0
-        for _ in range(ROUNDS):
+        for _ in range(ITERATIONS):
             added += super()._settle(state)  # type: ignore[misc]
             gap, normal = self.body.gaps(state.displacement)
             turn, in_contact = normal - massless.loop.normal, state.status != Status.FREE
@@ -81,9 +81,10 @@ class FollowsRoad(TimeIntegrator):
 
     def _off(self, planes: RoadPlanes) -> NotConverged:
         return NotConverged(
-            f"No convergence on the curved road: after {ROUNDS} rounds nodes are {planes.distances[-1]:.1e} "
+            f"No convergence on the curved road: after {ITERATIONS} iterations nodes "
+            f"are {planes.distances[-1]:.1e} "
             "off it, or their forces still turn; take smaller time steps, or a finer mesh of the body.",
-            Record(self.tolerance, ROUNDS, lambda: 0, progress=False, history=planes.distances),
+            Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=planes.distances),
         )
 
 

@@ -229,11 +229,11 @@ class FiniteContact:
         if not indefinite(A):
             return A
         nodes, d = self.problem.contact_nodes, A.blocksize[0]
-        touching = np.flatnonzero(status != Status.FREE)
+        in_contact = np.flatnonzero(status != Status.FREE)
         blocks = np.zeros((A.shape[0] // d, d, d))
-        held = np.einsum("ca,cb->cab", normal[touching], normal[touching])
-        held[status[touching] == Status.STICK] = np.eye(d)
-        blocks[nodes[touching]] = float(self._diagonal.max()) * held
+        held = np.einsum("ca,cb->cab", normal[in_contact], normal[in_contact])
+        held[status[in_contact] == Status.STICK] = np.eye(d)
+        blocks[nodes[in_contact]] = float(self._diagonal.max()) * held
         N = len(blocks)
         A = bsr_array(
             A + bsr_array((blocks, np.arange(N), np.arange(N + 1)), shape=A.shape), blocksize=(d, d)

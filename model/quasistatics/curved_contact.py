@@ -12,7 +12,7 @@ from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged, Record
 
 ON_ROAD = 1e-12  # of the body's size: a node so near to the road is on it
-ROUNDS = 200
+ITERATIONS = 200
 
 
 class CurvedContact:
@@ -21,7 +21,7 @@ class CurvedContact:
     Parameters
     ----------
     solver : ContactSolver
-        Of the problem with the road's normals and gaps at the start; what it keeps serves all rounds and
+        Of the problem with the road's normals and gaps at the start; what it keeps serves all iterations and
         loads.
     points : (n, d)
         Positions of the candidates at zero displacement.
@@ -31,7 +31,7 @@ class CurvedContact:
     normal, foot : (n, d)
         Normals and nearest points of the road at the last solution.
     distances : list of float
-        After each round of the last solution, how far nodes that touched were from the road, or others
+        After each iteration of the last solution, how far nodes that touched were from the road, or others
         below it.
 
     Examples
@@ -84,12 +84,12 @@ class CurvedContact:
         -------
         Solution
             Its gaps are distances to the road itself; its sweeps, cycles, work and seconds are those of
-            all rounds.
+            all iterations.
 
         Raises
         ------
         NotConverged
-            If a round does not converge, or the rounds come to no end.
+            If an iteration does not converge, or the iterations come to no end.
         """
         solver, points, nodes = self.solver, self.points, self.solver.problem.contact_nodes
         reference = (
@@ -99,9 +99,9 @@ class CurvedContact:
         sticking = None if solver.loop.friction is None else points + reference
         planes = RoadPlanes(road, at, sticking, softness(solver.loop), ON_ROAD * self.size)
         self.distances = planes.distances
-        rounds: list[Solution] = []
+        iterations: list[Solution] = []
         options["start"] = start
-        while len(rounds) < ROUNDS:
+        while len(iterations) < ITERATIONS:
             solution = solver.solve(
                 normal=planes.normal,
                 gap=planes.gaps(points),
@@ -109,27 +109,28 @@ class CurvedContact:
                 tolerance=tolerance,
                 **options,
             )
-            rounds.append(solution)
+            iterations.append(solution)
             u, status = solution.displacement, solution.status
             nothing_to_do = solution.history.size == 1
             steady = np.inf if nothing_to_do else 10 * tolerance
             if planes.follow(points + u[nodes], status, solution.pressure_force, steady):
                 self.normal, self.foot = planes.normal, planes.foot
-                return _all_rounds(rounds, planes.gap)
+                return _all_iterations(iterations, planes.gap)
             guess, in_contact = u.copy(), status != Status.FREE
             guess[nodes[in_contact]] = (planes.foot - points)[in_contact]
             options |= {"start": guess, "start_status": status}
         raise NotConverged(
-            f"No convergence on the curved road: after {ROUNDS} rounds nodes are {self.distances[-1]:.1e} "
+            f"No convergence on the curved road: after {ITERATIONS} iterations nodes "
+            f"are {self.distances[-1]:.1e} "
             "off it, or their forces still turn; take smaller load steps, or refine the body where the road "
             "is sharper than its elements.",
             Record(
                 tolerance,
-                ROUNDS,
-                lambda: sum(s.sweeps for s in rounds),
+                ITERATIONS,
+                lambda: sum(s.sweeps for s in iterations),
                 progress=False,
                 history=self.distances,
-                cycles=sum(s.cycles for s in rounds),
+                cycles=sum(s.cycles for s in iterations),
             ),
         )
 
@@ -168,10 +169,10 @@ def softness(loop: Any) -> np.ndarray:
     return 1.0 / np.einsum("caa->ca", loop.diagonal[loop.nodes]).mean(axis=1)
 
 
-def _all_rounds(rounds: list[Solution], gap: np.ndarray) -> Solution:
-    """Return the last solution with the gaps (n,) to the road, and what all rounds cost."""
+def _all_iterations(iterations: list[Solution], gap: np.ndarray) -> Solution:
+    """Return the last solution with the gaps (n,) to the road, and what all iterations cost."""
     total = {
-        name: sum(getattr(s, name) for s in rounds)
+        name: sum(getattr(s, name) for s in iterations)
         for name in ("sweeps", "cycles", "work_units", "seconds", "setup_seconds")
     }
-    return replace(rounds[-1], gap=gap, **total)
+    return replace(iterations[-1], gap=gap, **total)
