@@ -1,7 +1,5 @@
 """Everyday scenes drawn at random, and the judge that looks at them."""
 
-from random import SystemRandom
-
 import numpy as np
 import pytest
 from everyday.judge import Answer, Posed, complaints, driven_power
@@ -86,32 +84,11 @@ def test_outcomes_are_kept_and_not_computed_again(tmp_path):
     assert len(kept.read_text().splitlines()) == 2
 
 
-SHARES, SCENES = 6, 50  # 300 scenes on planes; the report has the other roads, and thousands
-
-
-def on_planes(numbers):
-    """What becomes of scenes, and in words what of it is one of the bad outcomes."""
-    found = [tried(drawn(number, road="plane")) for number in numbers]
-
-    def words(*bad):
-        some = [one for one in found if one["outcome"] in bad]
-        return "\n".join(f"{one['outcome']}: {one['scene']}: {one['said']}" for one in some)
-
-    return found, words
+SCENES = range(2000, 2050)  # on planes; those of `make reports` are many more, and on all roads
 
 
 def test_no_answer_is_wrong():
-    found, words = on_planes(range(2000, 2000 + SCENES))
-    assert words("wrong") == ""
-    assert sum(one["outcome"] == "solved" for one in found) > SCENES / 2
-
-
-@pytest.mark.parametrize("share", range(SHARES))
-def test_scenes_drawn_anew_each_run(share):
-    seed = SystemRandom().randrange(10**9)
-    print(f"share {share}: scenes {seed} to {seed + SCENES - 1}")
-    found, words = on_planes(range(seed, seed + SCENES))
-    assert sum(one["outcome"] == "solved" for one in found) > SCENES / 3
-    bad = words("wrong", "refused wrongly", "not converged")  # wanted: none without friction, 1 in 2,000 with
-    if bad:
-        pytest.xfail(bad)
+    found = [tried(drawn(number, road="plane")) for number in SCENES]
+    wrong = [f"{one['scene']}: {one['said']}" for one in found if one["outcome"] == "wrong"]
+    assert wrong == []
+    assert sum(one["outcome"] == "solved" for one in found) > len(SCENES) / 2
