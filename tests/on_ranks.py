@@ -41,6 +41,14 @@ def triangles():
     return BodyOnRoad(system, "bottom", Plane((0.0, -0.002), (0.1, 1.0)), friction=0.4)
 
 
+def held():
+    """A block on a slope, a foot of which moves along its support only."""
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2), 2), Isotropic(E=1e3, nu=0.3))
+    support = Support(elasticity.body).fix("left", x=0.001)
+    system = elasticity.system(elasticity.body_force((-0.4, -2.0)), support)
+    return BodyOnRoad(system, "bottom", Plane((0.0, 0.0), (0.02, 1.0)))
+
+
 def below():
     """A block that starts below the road at one end."""
     elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4), 1), STEEL)
@@ -68,6 +76,7 @@ SCENES = {
     "friction": lambda: cylinder(0.3),
     "ball": lambda: ball(0.3),
     "triangles": triangles,
+    "held": held,
     "below": below,
     "path": path,
     "motion": motion,

@@ -39,7 +39,7 @@ def on(ranks, kind, tmp_path):
 
 @pytest.mark.parametrize(
     ("kind", "ranks"),
-    [("cylinder", 2), ("friction", 3), ("ball", 4), ("triangles", 3), ("path", 2)],
+    [("cylinder", 2), ("friction", 3), ("ball", 4), ("triangles", 3), ("path", 2), ("held", 2)],
 )
 def test_many_ranks_find_what_one_finds(kind, ranks, tmp_path):
     alone, shared = found(kind), on(ranks, kind, tmp_path)

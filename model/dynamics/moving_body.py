@@ -11,6 +11,7 @@ from scipy.sparse import bsr_array, issparse
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_laws import FrictionLaw, coulomb
 from model.node_loop.node_loop import uncoupled_unknowns
+from model.problem.contact_problem import length_scale
 from model.problem.linear_limits import LinearLimits
 from model.problem.rigid_modes import rigid_motions
 
@@ -283,7 +284,7 @@ class MovingBody:
     @cached_property
     def size(self) -> float:
         """A length that rounding errors of positions can be measured by."""
-        return float(np.abs(self.coordinates).max() + np.ptp(self.coordinates, axis=0).max())
+        return length_scale(self.coordinates)
 
     @cached_property
     def prescribed(self) -> np.ndarray:

@@ -138,7 +138,7 @@ class ContactProblem:
             If a gap is not finite, or negative by more than rounding.
         """
         gap = shaped("gap", gap, (self.contact_nodes.size,))
-        size = np.abs(self.coordinates).max() + np.ptp(self.coordinates, axis=0).max()
+        size = length_scale(self.coordinates)
         worst = int(np.argmin(gap))
         if self.interference:
             return np.where(np.abs(gap) < 1e-12 * size, 0.0, gap)
@@ -207,6 +207,11 @@ class ContactProblem:
             ) from None
         into = bool(np.any(arrays["gap"] < 0))
         return cls(A=A, friction=mu if mu > 0.0 else None, interference=into, **arrays)
+
+
+def length_scale(coordinates: np.ndarray) -> float:
+    """Return a length that rounding errors of positions (N, d) can be measured by."""
+    return float(np.abs(coordinates).max() + np.ptp(coordinates, axis=0).max())
 
 
 def _describe(A: Any) -> str:

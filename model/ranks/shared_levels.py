@@ -4,8 +4,7 @@ On each mesh a rank holds the rows of the nodes it owns; columns and vectors go 
 products are formed from the rows of the fine mesh, so that contributions to rows of others are sent to them.
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -243,18 +242,6 @@ class SharedCycle:
         for weights, exchange, numbers in zip(prolongations, exchanges, ids, strict=True):
             self.levels.append(self.levels[-1].coarsen(weights, exchange, numbers))
         self.coarsest = CoarsestMesh(self.levels[-1])
-
-    @contextmanager
-    def supported(self, nodes: np.ndarray, supports: np.ndarray) -> Iterator[None]:
-        """Add to the diagonal blocks of owned nodes (k,) the stiffness (k, d, d) of supports, for a while."""
-        finest = self.levels[0]
-        at = finest.middle[nodes]
-        kept = finest.A.data[at]
-        finest.A.data[at] = kept + supports
-        try:
-            yield
-        finally:
-            finest.A.data[at] = kept
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d); collective."""

@@ -8,7 +8,7 @@ from scipy.sparse import bsr_array
 
 from model.node_loop.blocks import BlockMatrix
 from model.node_loop.friction_laws import FrictionLaw, coulomb
-from model.problem.contact_problem import shaped
+from model.problem.contact_problem import length_scale, shaped
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,7 @@ class SharedProblem:
     def checked_gap(self, gap: np.ndarray) -> np.ndarray:
         """Return `gap` (n,) with rounding errors below zero cut off, or refuse it (ValueError)."""
         gap = shaped("gap", gap, (self.contact_nodes.size,))
-        size = np.abs(self.coordinates).max() + np.ptp(self.coordinates, axis=0).max()
-        if gap.size and gap.min() < -1e-12 * size:
+        if gap.size and gap.min() < -1e-12 * length_scale(self.coordinates):
             where = self.coordinates[self.contact_nodes[np.argmin(gap)]]
             raise ValueError(
                 f"The node at {where} starts {-gap.min():g} below the road; "

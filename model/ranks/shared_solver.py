@@ -19,7 +19,7 @@ from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.truncated_multigrid import free_directions
+from model.solvers.truncated_multigrid import free_directions, supported
 
 GUESSES = 30  # rounds on a coarser mesh at most
 KRYLOV = 30  # cycles in one correction at most
@@ -35,7 +35,6 @@ class SharedLoop(NodeLoop):
     def __init__(self, problem: SharedProblem):
         super().__init__(block_matrix(problem.A), problem.contact_nodes, problem.normal, problem.friction)
         self.exchange = problem.exchanges[0]
-        self.nodes_held = len(problem.coordinates)
 
     def set_load(self, b: np.ndarray, gap: np.ndarray, reference: Any = None, state: Any = None) -> None:
         """Set what changes from step to step; collective."""
@@ -142,11 +141,13 @@ class SharedSolver:
             self.first_guess.correct(loop, u, status)
         self._rounds(u, status, record)
         seconds = perf_counter() - began
+        force, pressure = loop.reaction()
+        loop.confirm(status)
         return Solution(
             displacement=u,
-            contact_force=loop.force.copy(),
-            pressure_force=np.maximum(np.einsum("ca,ca->c", loop.frame[:, 0], loop.force), 0.0),
-            gap=loop.gaps(u, status),
+            contact_force=force,
+            pressure_force=pressure,
+            gap=loop.part * loop.gaps(u, status),
             status=status,
             residual=record.history[-1],
             history=np.array(record.history),
@@ -184,7 +185,7 @@ class SharedSolver:
             if record.finished(loop.residual(u, status)):
                 return
             self._linearise(u, status)
-            with self.cycle.supported(loop.nodes, self.support):
+            with supported(self.cycle.levels[0], loop.nodes, self.support):
                 steady = 0 if self._truncate(status) else steady + 1
                 scale = loop.load_size + np.sqrt(exchange.sum(float(np.vdot(loop.force, loop.force))))
                 R = np.zeros_like(u)

@@ -12,7 +12,7 @@ from model.checks import positive
 from model.node_loop.blocks import block_matrix
 from model.node_loop.node_loop import NodeLoop, length
 from model.node_loop.status import Status
-from model.problem.contact_problem import ContactProblem, shaped
+from model.problem.contact_problem import ContactProblem, length_scale, shaped
 from model.problem.rigid_modes import BALANCE, RigidModes
 from model.solvers.convergence_record import Record
 from model.solvers.diagnosis import likely_causes
@@ -301,8 +301,7 @@ class ContactSolver:
         depth = -(gap + np.einsum("ca,ca->c", normal, there))
         depth[~still] = 0.0
         worst = int(np.argmax(depth))
-        size = np.abs(problem.coordinates).max() + np.ptp(problem.coordinates, axis=0).max()
-        if depth[worst] > 1e-12 * size:
+        if depth[worst] > 1e-12 * length_scale(problem.coordinates):
             raise ValueError(
                 f"Node {loop.nodes[worst]} is prescribed the displacement "
                 f"({', '.join(f'{x:.6g}' for x in there[worst])}), which is {depth[worst]:g} below the road; "
@@ -340,32 +339,3 @@ def choose(problem: ContactProblem) -> str:
     if problem.prolongations and N * d > MULTIGRID_PAYS:
         return "multigrid"
     return "direct" if N * d <= DIRECT_PAYS[d] else "algebraic"
-
-
-def solve(
-    problem: ContactProblem, correction: str = "auto", tolerance: float = 1e-10, **options: Any
-) -> Solution:
-    """Solve a contact problem once.
-
-    Parameters
-    ----------
-    problem : ContactProblem
-    correction : str
-        "none", "direct", "multigrid", "algebraic" or "auto".
-    tolerance : float
-        Natural residual to reach.
-    **options
-        `order` and `progress` of `ContactSolver`; `start`, `start_status`, `limit`, `slip_rate` of
-        `ContactSolver.solve`.
-
-    Returns
-    -------
-    Solution
-
-    Raises
-    ------
-    ValueError, NotConverged
-        As `ContactSolver` and its `solve`.
-    """
-    made = {name: options.pop(name) for name in ("order", "progress") if name in options}
-    return ContactSolver(problem, correction, **made).solve(tolerance=tolerance, **options)

@@ -84,22 +84,6 @@ class Cycle:
         self.coarsest_inverse: np.ndarray | None = None
         self.kernel = np.zeros((levels[-1].inverse.shape[0] * levels[-1].inverse.shape[1], 0))
 
-    @contextmanager
-    def supported(self, nodes: np.ndarray, supports: np.ndarray) -> Iterator[None]:
-        """Add to the diagonal blocks of nodes (k,) the stiffness (k, d, d) of supports, for a while.
-
-        The finest matrix belongs to others: on leaving it is what it was, to the last bit. `truncate` lets
-        coarser ones see it.
-        """
-        finest = self.levels[0]
-        at = finest.middle[nodes]
-        kept = finest.A.data[at]
-        finest.A.data[at] = kept + supports
-        try:
-            yield
-        finally:
-            finest.A.data[at] = kept
-
     def set_kernel(self, kernel: np.ndarray) -> None:
         """Tell which motions (n d, z) of the coarsest mesh nothing resists."""
         if kernel.shape != self.kernel.shape or np.any(kernel != self.kernel):
@@ -152,6 +136,22 @@ class Cycle:
             defect(r.shape[1])(self.levels[number].A, r, total, rest)
             total += self(rest, number)
         return total
+
+
+@contextmanager
+def supported(finest: Any, nodes: np.ndarray, supports: np.ndarray) -> Iterator[None]:
+    """Add to the diagonal blocks of nodes (k,) the stiffness (k, d, d) of supports, for a while.
+
+    The finest matrix belongs to others: on leaving it is what it was, to the last bit. `truncate` lets
+    coarser ones see it.
+    """
+    at = finest.middle[nodes]
+    kept = finest.A.data[at]
+    finest.A.data[at] = kept + supports
+    try:
+        yield
+    finally:
+        finest.A.data[at] = kept
 
 
 def projected_inverses(blocks: np.ndarray, projectors: np.ndarray) -> np.ndarray:
@@ -303,7 +303,7 @@ class Multigrid:
                 best, idle, sweeps = loop.residual(u, status), 0, min(4 * sweeps, 1024)
             self._linearise(u, status)
             rubs = self.rubs
-            with self.cycle.supported(loop.nodes[rubs], self.support[rubs]):
+            with supported(self.cycle.levels[0], loop.nodes[rubs], self.support[rubs]):
                 steady = 0 if self._truncate(status) else steady + 1
                 turned = self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
 
