@@ -137,7 +137,7 @@ class SharedSolver:
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
-        if self.first_guess is not None:
+        if self.first_guess is not None and loop.residual(u, status) > tolerance:
             self.first_guess.correct(loop, u, status)
         self._rounds(u, status, record)
         seconds = perf_counter() - began

@@ -259,7 +259,6 @@ class ContactSolver:
             u[:] = 0.0
             status[:] = loop.start(u, status)
             record = self._record(u, status, first, tolerance, limit, before)
-            record.best = min(before)
             self.correction.solve(u, status, record)
         seconds = perf_counter() - began
         spent = seconds + self._unpaid

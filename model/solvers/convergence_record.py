@@ -44,8 +44,9 @@ class Record:
 
     Attributes
     ----------
-    patience : int
-        Residual tests without progress that are enough; fewer for a correction that is exact.
+    patience, fall : int, float
+        Residual tests without progress that are enough, and the part of the last good residual that is
+        progress; fewer, and less, for a correction that is exact.
     rounded : bool
         The solve has come as far as the digits of the displacement let it.
     """
@@ -59,13 +60,15 @@ class Record:
     history: list[float] = field(default_factory=list)
     cycles: int = 0
     began: float = field(default_factory=perf_counter)
-    best: float = np.inf
     idle: int = 0
     patience: int = IDLE
+    fall: float = 0.999
     rounded: bool = False
 
     def __post_init__(self) -> None:
         """Open the bar, unseen for two seconds and wherever the output is not a terminal."""
+        self.best = self.mark = min(self.history, default=np.inf)
+        self.earlier = len(self.history)  # tests of the parts of the displacement that went before
         self.bar = tqdm(
             desc="contact", unit=" tests", delay=2, leave=False, disable=None if self.progress else True
         )
@@ -80,8 +83,9 @@ class Record:
         """
         self.history.append(residual)
         self.idle += 1
-        if residual < 0.999 * self.best:
-            self.best, self.idle = residual, 0
+        self.best = min(self.best, residual)
+        if residual < self.fall * self.mark:
+            self.mark, self.idle = residual, 0
         self.bar.update()
         self.bar.set_postfix_str(f"residual {residual:.1e}", refresh=False)
         if residual <= self.tolerance:
@@ -92,11 +96,14 @@ class Record:
         if len(self.history) > self.limit:
             self.give_up(f"the limit of {self.limit} residual tests was reached")
         if self.idle >= self.patience:
-            if self.idle < len(self.history) and self.floor() >= 0.1 * self.tolerance:
+            fell = self.idle < len(self.history) - self.earlier
+            if fell and self.floor() >= 0.1 * self.tolerance:
                 self.bar.close()
                 self.rounded = True
                 return True
-            self.give_up(f"the residual has not fallen for {self.patience} tests")
+            self.give_up(
+                f"the residual has not fallen below {self.fall:g} of itself in {self.patience} tests"
+            )
         return False
 
     def give_up(self, why: str) -> None:

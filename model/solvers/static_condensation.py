@@ -36,7 +36,8 @@ from model.solvers.semismooth_newton import SmallProblem
 
 HARD = 1e4  # times the softest unknown; it costs as many digits as it has
 SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
-IDLE = 8  # cycles without progress that are enough: each is exact but for rounding
+IDLE = 8  # cycles without progress that are enough: each is exact but for rounding,
+FALL = 0.5  # so that one which does not halve the residual is none
 NEAR = 1e-6  # of the largest gap: who is so near to the road once the body has landed may touch
 NOBODY = np.zeros(0, dtype=np.int64)
 MEMORY = 2**27  # bytes that whole columns of A^-1 may take
@@ -157,7 +158,7 @@ class Condensation:
         Each cycle asks only for what is still missing, so that the next makes good what rounding spoilt, and
         more of the small problem: what little holds a body magnifies what that one leaves.
         """
-        loop, record.patience = self.loop, IDLE
+        loop, record.patience, record.fall = self.loop, IDLE, FALL
         while not record.finished(loop.residual(u, status)):
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]

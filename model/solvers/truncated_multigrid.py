@@ -283,7 +283,7 @@ class Multigrid:
         """
         loop = self.loop
         self._land(u, status)
-        if self.coarser is not None:
+        if self.coarser is not None and loop.residual(u, status) > record.tolerance:
             self.coarser.first_guess(loop, u, status, record)
         best, best_status, idle, sweeps, steady, turned = np.inf, status.copy(), 0, 1, 0, False
         while True:
