@@ -48,7 +48,7 @@ from model.results.pressure import (
 from model.results.reactions import Balance
 from model.results.road_surface import write_road
 from model.results.vtkhdf import write_vtkhdf
-from model.solvers.contact_solver import ContactSolver, Solution
+from model.solvers.contact_solver import ContactSolver, FrictionLeftOut, Solution
 from model.solvers.convergence_record import NotConverged
 
 # What draws or writes comes when asked for, so that `import model` needs neither matplotlib nor dolfinx.
@@ -84,6 +84,7 @@ __all__ = [
     "FiniteBody",
     "FiniteContact",
     "FrictionLaw",
+    "FrictionLeftOut",
     "GeneralisedAlpha",
     "HalfWidth",
     "HertzCylinder",

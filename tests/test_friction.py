@@ -1,5 +1,7 @@
 """Coulomb's law in the loop: laws, sliding, the cone, node order, and an independent solver."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.sparse import bmat, csr_array, eye_array
@@ -10,6 +12,7 @@ from geometry import Body, Plane, half_cylinder_nested, rectangle
 from model import (
     BodyOnRoad,
     ContactSolver,
+    FrictionLeftOut,
     Status,
     coulomb,
     follow,
@@ -173,3 +176,17 @@ def test_a_users_own_law():
     last = list(follow(ContactSolver(pressed.problem, "direct"), [push, push + 0.1 * pull]))[-1]
     assert np.abs(last.contact_force[:, 0]).max() <= 0.02 * (1 + 1e-12)
     assert abs(last.contact_force[:, 0].sum() + 0.1) < 1e-9
+
+
+def test_friction_that_is_left_out_is_said():
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4)), Isotropic(E=1e3, nu=0.3))
+    system = elasticity.system(
+        elasticity.body_force((0.0, -2.0)), Support(elasticity.body).fix("left", x=0.0)
+    )
+    slope, level = Plane((0.0, 0.0), (0.02, 1.0)), Plane()
+    with pytest.warns(FrictionLeftOut, match="at 1 nodes that may touch, the first is node"):
+        solve(BodyOnRoad(system, "bottom", slope, friction=0.3))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", FrictionLeftOut)
+        solve(BodyOnRoad(system, "bottom", slope))
+        solve(BodyOnRoad(system, "bottom", level, friction=0.3))

@@ -85,6 +85,10 @@ class NodeLoop:
         self.frame = frames(np.where(self.cannot_move[:, None], self.normal, free / self.part[:, None]))
         self.block = np.einsum("cab,cbe,cfe->caf", self.frame, self.diagonal[self.nodes], self.frame)
 
+    def oblique(self) -> np.ndarray:
+        """Candidates' nodes whose free motion is neither along the road nor along its normal, (k,)."""
+        return self.nodes[self.given.any(axis=1) & ~self.cannot_move & (self.part < 1.0 - 1e-12)]
+
     def set_load(
         self,
         b: np.ndarray,

@@ -1,5 +1,6 @@
 """Solve a contact problem: one loop, with the correction of your choice."""
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from resource import RUSAGE_SELF, getrusage
@@ -28,6 +29,10 @@ from model.solvers.truncated_multigrid import geometric
 MULTIGRID_PAYS = 2_000
 DIRECT_PAYS = {2: 7_000, 3: 2_000}
 CORRECTIONS = ("auto", "none", "direct", "multigrid", "algebraic")
+
+
+class FrictionLeftOut(UserWarning):
+    """Nodes slide along the road without the friction that they should have."""
 
 
 @dataclass
@@ -221,6 +226,11 @@ class ContactSolver:
         ValueError
             If an argument is not finite or does not fit, a node starts below the road or is prescribed a
             place there, or nothing can hold the body against the load.
+
+        Warns
+        -----
+        FrictionLeftOut
+            Where nodes with friction are prescribed in part, obliquely to the road.
         """
         began = perf_counter()
         problem, loop = self.problem, self.loop
@@ -289,6 +299,15 @@ class ContactSolver:
         if not np.array_equal(normal, self.loop.normal):
             self.loop.update_normals(normal)
             self.correction.update_normals()
+        oblique = self.loop.oblique() if self.loop.friction is not None else self.loop.nodes[:0]
+        if len(oblique):
+            warnings.warn(
+                f"Friction is left out at {len(oblique)} nodes that may touch, the first is node "
+                f"{oblique[0]}: they are prescribed in part, and what is free of them is oblique to the road; "
+                "prescribe them wholly, free them, or leave them out of the contact boundary.",
+                FrictionLeftOut,
+                stacklevel=3,
+            )
 
     def _require_room(self, u: np.ndarray, gap: np.ndarray, normal: np.ndarray) -> None:
         """Refuse a node that is prescribed a place below the road."""
