@@ -303,8 +303,8 @@ class ContactSolver:
         if len(oblique):
             warnings.warn(
                 f"Friction is left out at {len(oblique)} nodes that may touch, the first is node "
-                f"{oblique[0]}: they are prescribed in part, and what is free of them is oblique to the road; "
-                "prescribe them wholly, free them, or leave them out of the contact boundary.",
+                f"{oblique[0]}: they are prescribed in part, and what is free of them is oblique to the "
+                "road; prescribe them wholly, free them, or leave them out of the contact boundary.",
                 FrictionLeftOut,
                 stacklevel=3,
             )
