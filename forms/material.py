@@ -73,6 +73,15 @@ class Anisotropic:
     matrix : (6, 6), order xx, yy, zz, yz, xz, xy; plane problems take from it what their kinematics leaves:
         strain zz, yz, xz zero (plane strain), or stress zz, yz, xz zero (plane stress). Or (3, 3), order xx,
         yy, xy, for plane problems only, taken as it is; stress zz is then unknown and counted as zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from forms import Anisotropic, Elasticity
+    >>> from geometry import Body, rectangle
+    >>> plywood = Anisotropic(np.array([[10.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 0.5]]))
+    >>> Elasticity(Body.from_grid(rectangle(1.0, 1.0, 2, 2)), plywood).stiffness().shape
+    (18, 18)
     """
 
     def __init__(self, matrix: np.ndarray):

@@ -31,6 +31,22 @@ class StrainEnergy:
     ----------
     **parameters : float
         Force per area, or plain numbers.
+
+    Examples
+    --------
+    >>> import ufl
+    >>> from forms import Hyperelasticity, StrainEnergy
+    >>> from geometry import Body, rectangle
+    >>> class Gent(StrainEnergy):  # rubber that locks
+    ...     def density(self, C, p):
+    ...         I1, ln_J = ufl.tr(C), ufl.ln(ufl.det(C)) / 2
+    ...         shape = -p["mu"] * p["limit"] / 2 * ufl.ln(1 - (I1 - 3) / p["limit"]) - p["mu"] * ln_J
+    ...         return shape + p["lame"] / 2 * ln_J**2
+    >>> rubber = Hyperelasticity(
+    ...     Body.from_grid(rectangle(1.0, 1.0, 2, 2)), Gent(mu=1.0, limit=10.0, lame=2.0)
+    ... )
+    >>> round(rubber.strain_energy(0.1 * rubber.body.coordinates), 6)  # 0.214537 - 0.190620 + 0.036336
+    0.060253
     """
 
     bears_compression = True  # psi grows without bound as a cell is pressed flat
@@ -71,6 +87,16 @@ class NeoHookean(StrainEnergy):
     ------
     ValueError
         For other moduli.
+
+    Examples
+    --------
+    >>> from forms import Hyperelasticity, NeoHookean
+    >>> from geometry import Body, rectangle
+    >>> material = NeoHookean(E=1.0, nu=0.3)
+    >>> rubber = Hyperelasticity(Body.from_grid(rectangle(1.0, 1.0, 2, 2)), material)
+    >>> stretched = 0.1 * rubber.body.coordinates  # by ten per cent in both directions of the plane
+    >>> round(rubber.strain_energy(stretched), 6)
+    0.017935
     """
 
     def __init__(self, E: float, nu: float):
@@ -101,6 +127,16 @@ class MooneyRivlin(StrainEnergy):
     ------
     ValueError
         For other moduli.
+
+    Examples
+    --------
+    >>> from forms import Hyperelasticity, MooneyRivlin
+    >>> from geometry import Body, rectangle
+    >>> material = MooneyRivlin(c1=0.2, c2=0.05, lame=2.0)
+    >>> rubber = Hyperelasticity(Body.from_grid(rectangle(1.0, 1.0, 2, 2)), material)
+    >>> stretched = 0.1 * rubber.body.coordinates  # by ten per cent in both directions of the plane
+    >>> round(rubber.strain_energy(stretched), 6)
+    0.050169
     """
 
     def __init__(self, c1: float, c2: float, lame: float):
@@ -137,6 +173,16 @@ class StVenantKirchhoff(StrainEnergy):
     ------
     ValueError
         For other moduli.
+
+    Examples
+    --------
+    >>> from forms import Hyperelasticity, StVenantKirchhoff
+    >>> from geometry import Body, rectangle
+    >>> material = StVenantKirchhoff(E=1.0, nu=0.0)
+    >>> rubber = Hyperelasticity(Body.from_grid(rectangle(1.0, 1.0, 2, 2)), material)
+    >>> stretched = 0.1 * rubber.body.coordinates  # by ten per cent in both directions of the plane
+    >>> round(rubber.strain_energy(stretched), 6)
+    0.011025
     """
 
     bears_compression = False
@@ -173,6 +219,16 @@ class Cords(StrainEnergy):
     ------
     ValueError
         For a negative stiffness, or a direction of no length.
+
+    Examples
+    --------
+    >>> from forms import Cords, Hyperelasticity, NeoHookean
+    >>> from geometry import Body, rectangle
+    >>> material = Cords(NeoHookean(E=1.0, nu=0.3), 10.0, [(1.0, 0.0)])
+    >>> rubber = Hyperelasticity(Body.from_grid(rectangle(1.0, 1.0, 2, 2)), material)
+    >>> stretched = 0.1 * rubber.body.coordinates  # by ten per cent in both directions of the plane
+    >>> round(rubber.strain_energy(stretched), 6)
+    0.07306
     """
 
     def __init__(self, matrix: StrainEnergy, stiffness: float, directions: Sequence[Sequence[float]]):

@@ -47,6 +47,13 @@ class Body:
     regions : {name: cell indices}
     prolongations : scalar csr matrices, finest first: [0] is (N, N_1), [1] is (N_1, N_2), ...; empty if not
         nested. Each coarse node is also a fine one, whose row has the single weight 1.
+
+    Examples
+    --------
+    >>> from geometry import Body, ring
+    >>> body = Body.from_grid(ring(1.0, 0.8, 16, 2), refinements=1)
+    >>> body.dim, body.cell, len(body.prolongations), sorted(body.facets)
+    (2, 'quadrilateral', 1, ['inner', 'outer'])
     """
 
     def __init__(

@@ -117,6 +117,15 @@ class Grid:
     snap : for some of the names in `facets`, a function (m, dim) -> (m, dim) that puts points onto the exact
         boundary
     node_sets : named sets of points, for supports
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import Body, Grid
+    >>> corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    >>> square = Grid(corners, np.array([[0, 1, 2, 3]]), "quadrilateral", {"foot": np.array([[0, 1]])})
+    >>> Body.from_grid(square, refinements=2).facets["foot"].shape
+    (4, 2)
     """
 
     points: np.ndarray

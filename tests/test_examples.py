@@ -2,6 +2,7 @@
 
 import doctest
 import importlib
+import inspect
 import warnings
 from pathlib import Path
 
@@ -28,3 +29,16 @@ def test_examples_run(name, tmp_path, monkeypatch):
 def test_no_example_is_skipped():
     skipped = {file.name for file in FILES if "doctest: +" + "SKIP" in file.read_text()}
     assert skipped <= NEEDS_AN_INSTRUMENT
+
+
+@pytest.mark.parametrize("package", ["geometry", "forms", "model"])
+def test_everything_public_has_an_example(package):
+    module = importlib.import_module(package)
+    public = {name: getattr(module, name) for name in module.__all__}
+    things = {
+        name: thing
+        for name, thing in public.items()
+        if inspect.isfunction(thing) or (inspect.isclass(thing) and not issubclass(thing, Exception))
+    }
+    assert len(things) > 10
+    assert not [name for name, thing in things.items() if ">>> " not in (thing.__doc__ or "")]

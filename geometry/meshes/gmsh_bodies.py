@@ -27,6 +27,13 @@ def half_cylinder_gmsh(
     largest : size of the cells two radii away, reached linearly; default 0.2 radius
     contact_half_width : default 0.1 radius
     cell : "quadrilateral" or "triangle"
+
+    Examples
+    --------
+    >>> from geometry import half_cylinder_gmsh
+    >>> grid = half_cylinder_gmsh(radius=10.0, spacing=0.5, cell="triangle")
+    >>> grid.cell, sorted(grid.facets)
+    ('triangle', ['arc', 'top'])
     """
     spacing = 0.0073 * radius if spacing is None else spacing
     largest = 0.2 * radius if largest is None else largest

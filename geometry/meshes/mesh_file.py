@@ -82,5 +82,15 @@ def read_raw(path: Path) -> RawMesh:
 
 
 def read_msh(path: str | os.PathLike) -> Grid:
-    """Read a mesh from a gmsh file; the same as `read_mesh`."""
+    """Read a mesh from a gmsh file; the same as `read_mesh`.
+
+    Examples
+    --------
+    >>> import meshio
+    >>> from geometry import read_msh
+    >>> points, triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [("triangle", [[0, 1, 2]])]
+    >>> meshio.Mesh(points, triangle).write("one.msh", file_format="gmsh22")
+    >>> read_msh("one.msh").cell
+    'triangle'
+    """
     return read_mesh(path)

@@ -38,6 +38,14 @@ class LinearRoad:
     ValueError
         for samples that are not finite, that share a position, or that are too few or in a line; the
         sentence names the first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import LinearRoad
+    >>> step = LinearRoad(np.array([-1.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0]))
+    >>> step.closest(np.array([[-0.5, 0.2]]))[0]
+    array([0.2])
     """
 
     def __init__(self, positions: np.ndarray, heights: np.ndarray):

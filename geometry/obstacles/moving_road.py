@@ -12,7 +12,15 @@ from geometry.obstacles.plane import Road, check_points
 
 
 class ShiftedRoad:
-    """Another road, translated by `shift`."""
+    """Another road, translated by `shift`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import Plane, ShiftedRoad
+    >>> ShiftedRoad(Plane(), (0.0, -0.1)).closest(np.array([[0.0, 0.0]]))[0]
+    array([0.1])
+    """
 
     def __init__(self, road: Road, shift: ArrayLike):
         self.road, self.shift = road, _finite("shift", shift)
@@ -135,6 +143,14 @@ class RoadSeenFromAfar:
     summit : height that it nowhere exceeds
     reach : points that are higher than this above the summit see the level at the summit's height instead:
         their gaps are too small, and never smaller than `reach`
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import RoadSeenFromAfar, RoundRoad
+    >>> road = RoadSeenFromAfar(RoundRoad(radius=5.0), summit=0.0, reach=0.1)
+    >>> road.closest(np.array([[3.0, 0.05], [3.0, 2.0]]))[0].round(6)  # the second sees the level instead
+    array([0.873883, 2.      ])
     """
 
     def __init__(self, road: Road, summit: float, reach: float):
@@ -157,7 +173,16 @@ class RoadSeenFromAfar:
 
 
 class ExtrudedRoad:
-    """A road of the plane (x, height), the same for every y: a road for bodies in 3-D."""
+    """A road of the plane (x, height), the same for every y: a road for bodies in 3-D.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import ExtrudedRoad, RoundRoad
+    >>> cylinder = ExtrudedRoad(RoundRoad(radius=5.0))
+    >>> cylinder.closest(np.array([[0.0, 7.0, 2.0]]))[0]
+    array([2.])
+    """
 
     def __init__(self, road: Road):
         self.road = road

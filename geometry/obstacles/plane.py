@@ -9,7 +9,19 @@ import numpy as np
 
 
 class Road(Protocol):
-    """What every road can do: find the nearest point of its surface."""
+    """What every road can do: find the nearest point of its surface.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import Road
+    >>> class Ceiling(Road):  # a road of one's own says where its nearest points are
+    ...     def closest(self, points):
+    ...         nearest = np.column_stack([points[:, 0], np.ones(len(points))])
+    ...         return 1.0 - points[:, 1], np.tile([0.0, -1.0], (len(points), 1)), nearest
+    >>> Ceiling().closest(np.array([[0.0, 0.25]]))[0]
+    array([0.75])
+    """
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) from the road into the body, and closest point (n, dim).
@@ -38,6 +50,14 @@ class Plane:
 
     By default it is the level through the origin, under bodies in the plane and in space alike: the last
     coordinate points up.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import Plane
+    >>> gap, normal, nearest = Plane(normal=(3.0, 4.0)).closest(np.array([[3.0, 4.0]]))
+    >>> gap.round(9), normal.round(9)
+    (array([5.]), array([[0.6, 0.8]]))
     """
 
     flat = True  # its tangent planes are itself, so that one problem solves a scene

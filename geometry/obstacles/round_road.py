@@ -22,6 +22,15 @@ class RoundRoad:
     ------
     ValueError
         for points and normals that a plane refuses too, and radii that are zero or not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import RoundRoad
+    >>> hill, hollow = RoundRoad(radius=5.0), RoundRoad(radius=-5.0)
+    >>> above = np.array([[0.0, 1.0]])
+    >>> hill.closest(above)[0], hollow.closest(above)[0]
+    (array([1.]), array([1.]))
     """
 
     def __init__(

@@ -33,6 +33,15 @@ class SmoothRoad:
     ------
     ValueError
         for positions that no LinearRoad can have, and heights there that are not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import SmoothRoad
+    >>> waves = SmoothRoad(np.cos, np.linspace(-10.0, 10.0, 201), slope=lambda x: -np.sin(x))
+    >>> gap, normal, nearest = waves.closest(np.array([[0.0, 1.5]]))
+    >>> gap.round(9), nearest.round(9)
+    (array([0.5]), array([[0., 1.]]))
     """
 
     def __init__(self, height: Callable, positions: np.ndarray, slope: Callable | None = None):

@@ -32,6 +32,19 @@ class CentralDifferences(TimeIntegrator):
     ------
     ValueError
         If dt is beyond the limit of stability, or lumping leaves a node without mass.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import MovingBody, CentralDifferences
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> body = MovingBody.from_forms(elasticity, 1.0, weight, Plane(point=(0.0, -0.001)), "bottom")
+    >>> scheme = CentralDifferences(body, dt=0.001)
+    >>> state = scheme.run(scheme.start(), 20)
+    >>> bool(state.gap.min() == 0.0)  # it has landed
+    True
     """
 
     name = "central differences"

@@ -32,6 +32,19 @@ class GeneralisedAlpha(TimeIntegrator):
     ------
     ValueError
         Unless 0 <= rho <= 1.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import MovingBody, GeneralisedAlpha
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> body = MovingBody.from_forms(elasticity, 1.0, weight, Plane(point=(0.0, -0.001)), "bottom")
+    >>> scheme = GeneralisedAlpha(body, dt=0.001, rho=0.9)
+    >>> state = scheme.run(scheme.start(), 20)
+    >>> bool(state.gap.min() == 0.0)  # it has landed
+    True
     """
 
     name = "generalised-alpha"
@@ -105,6 +118,19 @@ class HHT(GeneralisedAlpha):
     ------
     ValueError
         Unless 0 <= alpha <= 1/3.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import MovingBody, HHT
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> body = MovingBody.from_forms(elasticity, 1.0, weight, Plane(point=(0.0, -0.001)), "bottom")
+    >>> scheme = HHT(body, dt=0.001, alpha=0.1)
+    >>> state = scheme.run(scheme.start(), 20)
+    >>> bool(state.gap.min() == 0.0)  # it has landed
+    True
     """
 
     name = "HHT-alpha"

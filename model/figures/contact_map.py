@@ -45,6 +45,18 @@ def contact_map(
         Middle of what is drawn (mm).
     title : str
         Above the maps.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import Body, half_ball
+    >>> from model import contact_map
+    >>> body = Body.from_grid(half_ball(radius=10.0))
+    >>> N = len(body.coordinates)
+    >>> pressure, status = np.zeros(N), np.zeros(N, dtype=int)
+    >>> figure = contact_map(body, "sphere", {"pressure (MPa)": pressure}, status, reach=1.0)
+    >>> len(figure.axes) > 1
+    True
     """
     facets = outlines(body.facets[boundary])
     x = body.coordinates[:, :2]

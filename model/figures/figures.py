@@ -36,7 +36,15 @@ VTK_CELLS = {
 
 
 def outlines(cells: np.ndarray) -> np.ndarray:
-    """Return the corners of triangles or quadrilaterals (n, k) one after the other, from dolfinx's order."""
+    """Return the corners of triangles or quadrilaterals (n, k) one after the other, from dolfinx's order.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from model import outlines
+    >>> outlines(np.array([[0, 1, 2, 3]]))  # dolfinx numbers the corners of a quadrilateral like a tensor
+    array([[0, 1, 3, 2]])
+    """
     return np.asarray(cells)[:, OUTLINE[np.shape(cells)[1]]]
 
 
@@ -50,6 +58,13 @@ def new_figure(xlabel: str, ylabel: str, title: str = "", size: tuple = (6.4, 4.
     title : str
         Above the axes.
     size : (width, height) in inches
+
+    Examples
+    --------
+    >>> from model import new_figure
+    >>> figure, axes = new_figure("x (mm)", "pressure (MPa)")
+    >>> axes.get_xlabel()
+    'x (mm)'
     """
     figure, axes = plt.subplots(figsize=size, layout="constrained")
     axes.set(xlabel=xlabel, ylabel=ylabel, title=title)
@@ -79,6 +94,16 @@ def pressure_figure(
         Of the patch (mm); half as much again is drawn on either side.
     title : str
         Above the axes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from model import HertzCylinder, pressure_figure
+    >>> hertz = HertzCylinder(P=1e4, R=10.0, E=210e3, nu=0.3)
+    >>> x = np.linspace(-1.0, 1.0, 21)
+    >>> figure = pressure_figure(x, {"computed": hertz.pressure(x)}, {"Hertz": hertz.pressure}, hertz.a)
+    >>> figure.axes[0].get_xlabel()
+    'x (mm)'
     """
     figure, axes = new_figure("x (mm)", "stress (MPa)", title)
     reach = 1.5 * half_width
@@ -122,6 +147,17 @@ def stick_slip_figure(
         Slip of each node in the last step, 0 where it sticks; drawn as arrows of relative length.
     title : str
         Above the axes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from model import stick_slip_figure
+    >>> x = np.linspace(-1.0, 1.0, 21)
+    >>> bound = 0.5 * np.sqrt(1.0 - x**2)
+    >>> traction = bound - 0.5 * np.sqrt(np.maximum(0.25 - x**2, 0.0))  # sticks to half the patch
+    >>> figure = stick_slip_figure(x, traction, bound, {}, (-0.5, 0.5), 1.0)
+    >>> figure.axes[0].get_xlabel()
+    'x (mm)'
     """
     figure, axes = new_figure("x (mm)", "shear stress (MPa)", title)
     order, height = np.argsort(x), bound.max()
@@ -166,6 +202,15 @@ def convergence_figure(
         Slope of a triangle drawn below the lines.
     floors : dict of float, optional
         Horizontal lines by label.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from model import convergence_figure
+    >>> h = np.array([0.1, 0.05, 0.025])
+    >>> figure = convergence_figure(h, {"computed": h**2}, "cell size (mm)", "relative error", order=2.0)
+    >>> figure.axes[0].get_xscale()
+    'log'
     """
     figure, axes = new_figure(xlabel, ylabel)
     axes.set(xscale="log", yscale="log")
@@ -221,6 +266,14 @@ def mesh_figure(
         Its width (mm).
     title : str
         Above the axes.
+
+    Examples
+    --------
+    >>> from geometry import Body, rectangle
+    >>> from model import mesh_figure
+    >>> figure = mesh_figure(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), centre=(0.0, 0.0), width=0.5)
+    >>> len(figure.axes)
+    2
     """
     x = body.coordinates if displacement is None else body.coordinates + displacement
     polygons = x[outlines(body.cells)]
@@ -274,6 +327,17 @@ def body_picture(
     Returns
     -------
     Figure, or None (and a sentence on stderr) where VTK has nothing to draw with.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import Body, rectangle
+    >>> from model import body_picture
+    >>> body = Body.from_grid(rectangle(2.0, 1.0, 4, 2))
+    >>> u, stress = np.zeros((15, 2)), np.arange(8.0)
+    >>> picture = body_picture(body, u, stress, "von Mises stress (MPa)", centre=(0.0, 0.5), width=0.5)
+    >>> picture is None or len(picture.axes) > 1  # None where VTK has nothing to draw with
+    True
     """
     trouble = _no_rendering()
     if trouble:

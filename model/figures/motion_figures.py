@@ -39,6 +39,23 @@ def bounce_figure(
         Time at which the point should touch (s), a vertical line.
     title : str
         Above the axes.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import History, MovingBody, Newmark, bounce_figure, march
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
+    >>> state = scheme.start()
+    >>> history = History(scheme, state, {"A": 0})
+    >>> for state in march(scheme, state, 5, history):
+    ...     pass
+    >>> snapshots = {0.0: scheme.start().displacement, state.time: state.displacement}
+    >>> figure = bounce_figure(elasticity.body, snapshots, {"Newmark": history}, "A", touch=0.0)
+    >>> len(figure.axes) > 1
+    True
     """
     figure = plt.figure(figsize=(10, 5.6), layout="constrained")
     halves: Any = figure.subfigures(2, 1, height_ratios=[1, 1.9])
@@ -77,6 +94,21 @@ def ledger_figure(histories: Mapping[str, History]) -> Figure:
     ----------
     histories : dict of History
         By title.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import History, MovingBody, Newmark, ledger_figure, march
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
+    >>> state = scheme.start()
+    >>> history = History(scheme, state, {"A": 0})
+    >>> for state in march(scheme, state, 5, history):
+    ...     pass
+    >>> len(ledger_figure({"Newmark": history}).axes)
+    2
     """
     count = len(histories)
     figure, axes = plt.subplots(
@@ -115,12 +147,33 @@ def force_figure(histories: Mapping[str, History], axis: str = "y") -> Figure:
         By title.
     axis : str
         Component.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import History, MovingBody, Newmark, force_figure, march
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
+    >>> state = scheme.start()
+    >>> history = History(scheme, state, {"A": 0})
+    >>> for state in march(scheme, state, 5, history):
+    ...     pass
+    >>> len(force_figure({"Newmark": history}).axes)
+    1
     """
     count = len(histories)
     figure, axes = plt.subplots(
-        count, 1, figsize=(10, 1.25 * count + 0.8), sharex=True, sharey=True, layout="constrained"
+        count,
+        1,
+        figsize=(10, 1.25 * count + 0.8),
+        sharex=True,
+        sharey=True,
+        layout="constrained",
+        squeeze=False,
     )
-    for panel, (title, history) in zip(axes, histories.items()):
+    for panel, (title, history) in zip(axes[:, 0], histories.items()):
         panel.plot(history["time"], history[f"force_{axis}"], color="black", linewidth=0.9)
         panel.text(0.01, 0.82, title, transform=panel.transAxes)
         panel.grid(color="0.9", linewidth=0.6)
@@ -154,6 +207,22 @@ def film(
         What is seen; the view follows the body along x.
     seconds : float
         From one frame to the next.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import History, MovingBody, Newmark, film, march
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
+    >>> state = scheme.start()
+    >>> history = History(scheme, state, {"A": 0})
+    >>> for state in march(scheme, state, 5, history):
+    ...     pass
+    >>> import numpy as np
+    >>> frames = [("start", 0.0 * state.displacement, np.zeros(8)), ("end", state.displacement, np.ones(8))]
+    >>> film("block.gif", elasticity.body, frames, "a field (MPa)", (0.0, 1.0), (3.0, 2.0))
     """
     import imageio.v3 as imageio
 

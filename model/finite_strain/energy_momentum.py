@@ -235,6 +235,19 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
         If every node may touch, so that no mass is left, or the body is one of linear strain.
     NotConverged
         From `step`, where halving ends.
+
+    Examples
+    --------
+    >>> from forms import Hyperelasticity, NeoHookean
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import EnergyMomentum, FiniteBody
+    >>> rubber = Hyperelasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 4)), NeoHookean(E=1e4, nu=0.3))
+    >>> weight = rubber.body_force((0.0, -10.0))
+    >>> body = FiniteBody.from_forms(rubber, 1.0, weight, Plane(point=(0.0, -0.001)), "bottom")
+    >>> scheme = EnergyMomentum(body, dt=0.002)
+    >>> state = scheme.run(scheme.start(), 10)
+    >>> bool(state.gap.min() == 0.0), scheme.iterations < 10
+    (True, True)
     """
 
     name = "energy-momentum"

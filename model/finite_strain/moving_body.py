@@ -20,6 +20,17 @@ class FiniteBody(MovingBody):
     Attributes
     ----------
     elastic : forms.Hyperelasticity
+
+    Examples
+    --------
+    >>> from forms import Hyperelasticity, NeoHookean
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import FiniteBody
+    >>> rubber = Hyperelasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 4)), NeoHookean(E=1e4, nu=0.3))
+    >>> weight = rubber.body_force((0.0, -10.0))
+    >>> body = FiniteBody.from_forms(rubber, 1.0, weight, Plane(point=(0.0, -0.001)), "bottom")
+    >>> body.elastic is rubber, body.M.shape
+    (True, (50, 50))
     """
 
     elastic: Any = field(default=None, repr=False)

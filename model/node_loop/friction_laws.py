@@ -33,6 +33,13 @@ class FrictionLaw:
         How reports call it.
     coefficient : float
         The coefficient at rest, tau / p; it decides whether friction can hold a body.
+
+    Examples
+    --------
+    >>> from model import coulomb
+    >>> law = coulomb(0.5)
+    >>> law, law.coefficient, law.bound.ctypes(10.0, 0.0, 0.0)  # 10 N of pressure, no slip
+    (Coulomb(mu=0.5), 0.5, 5.0)
     """
 
     def __init__(self, bound: Any, name: str, coefficient: float):
@@ -82,6 +89,14 @@ def friction_law(function: Any, coefficient: float = 0.0) -> FrictionLaw:
     Returns
     -------
     FrictionLaw
+
+    Examples
+    --------
+    >>> from model import friction_law
+    >>> def limited(pressure, slip, state):
+    ...     return min(0.5 * pressure, 2.0)  # no more than the material bears
+    >>> friction_law(limited, coefficient=0.5).bound.ctypes(10.0, 0.0, 0.0)
+    2.0
     """
     return FrictionLaw(cfunc(SIGNATURE)(function), getattr(function, "__name__", "friction law"), coefficient)
 
@@ -104,6 +119,12 @@ def coulomb(mu: float) -> FrictionLaw:
     ------
     ValueError
         If `mu` is negative or not finite.
+
+    Examples
+    --------
+    >>> from model import coulomb
+    >>> coulomb(0.3).bound.ctypes(10.0, 0.0, 0.0)
+    3.0
     """
     _checked(mu=mu)
     return FrictionLaw(_coulomb_bound(float(mu)), f"Coulomb(mu={mu:g})", float(mu))
@@ -135,6 +156,13 @@ def static_kinetic(mu_static: float, mu_kinetic: float) -> FrictionLaw:
     ------
     ValueError
         If a coefficient is negative or not finite, or the kinetic one exceeds the static one.
+
+    Examples
+    --------
+    >>> from model import static_kinetic
+    >>> law = static_kinetic(0.5, 0.3).bound.ctypes
+    >>> law(10.0, 0.0, 0.0), law(10.0, 0.1, 0.0), law(10.0, 0.0, 1.0)  # at rest, in slip, and after it
+    (5.0, 3.0, 3.0)
     """
     _checked(mu_static=mu_static, mu_kinetic=mu_kinetic)
     if mu_kinetic > mu_static:
@@ -165,6 +193,12 @@ def viscous(mu: float, viscosity: float) -> FrictionLaw:
     ------
     ValueError
         If a coefficient is negative or not finite.
+
+    Examples
+    --------
+    >>> from model import viscous
+    >>> viscous(0.2, viscosity=5.0).bound.ctypes(10.0, 0.1, 0.0)
+    2.5
     """
     _checked(mu=mu, viscosity=viscosity)
     mu, viscosity = float(mu), float(viscosity)
@@ -194,6 +228,13 @@ def stribeck(mu_static: float, mu_kinetic: float, speed: float, viscosity: float
     ------
     ValueError
         If a coefficient is negative or not finite, `speed` is not positive, or mu_kinetic > mu_static.
+
+    Examples
+    --------
+    >>> from model import stribeck
+    >>> law = stribeck(0.5, 0.3, speed=0.1).bound.ctypes
+    >>> law(10.0, 0.0, 0.0), round(law(10.0, 10.0, 0.0), 6)
+    (5.0, 3.0)
     """
     _checked(mu_static=mu_static, mu_kinetic=mu_kinetic, viscosity=viscosity)
     if mu_kinetic > mu_static:

@@ -60,6 +60,24 @@ class ContactProblem:
     ValueError
         If shapes do not agree, a value is not finite, normals are not unit vectors, there are no candidates,
         or a candidate starts below the road.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.sparse import eye_array
+    >>> from model import ContactProblem, ContactSolver
+    >>> problem = ContactProblem(  # two nodes on springs of 100 N/mm, 0.1 and 0.3 mm above a road
+    ...     A=100.0 * eye_array(4),
+    ...     b=np.array([[0.0, -20.0], [3.0, -40.0]]),
+    ...     coordinates=np.array([[0.0, 0.1], [1.0, 0.3]]),
+    ...     contact_nodes=np.array([0, 1]),
+    ...     normal=np.array([[0.0, 1.0], [0.0, 1.0]]),
+    ...     gap=np.array([0.1, 0.3]),
+    ...     friction=0.5,
+    ... )
+    >>> solution = ContactSolver(problem).solve()
+    >>> solution.pressure_force  # 20 - 100 x 0.1 and 40 - 100 x 0.3
+    array([10., 10.])
     """
 
     A: Any

@@ -34,6 +34,14 @@ def linear_limits(gradient: np.ndarray) -> tuple[float, float]:
     -----
     BeyondLinear
         With the numbers.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from model import linear_limits
+    >>> strain, rotation = linear_limits(np.array([[[0.0, 0.01], [-0.01, 0.0]]]))  # a turn by 0.01 rad
+    >>> round(strain, 9), round(rotation, 9)
+    (0.0, 0.01)
     """
     return _exceeded(gradient)[:2]
 

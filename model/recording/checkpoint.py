@@ -30,6 +30,20 @@ def save_checkpoint(
     ------
     ValueError
         If the file cannot be written.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import History, MovingBody, Newmark, march, save_checkpoint
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
+    >>> state = scheme.start()
+    >>> history = History(scheme, state, {"A": 0})
+    >>> for state in march(scheme, state, 5, history):
+    ...     pass
+    >>> save_checkpoint("run.npz", scheme, state, history)
     """
     arrays = {"run": np.array(fingerprint(integrator))}
     for field in fields(State):
@@ -69,6 +83,22 @@ def load_checkpoint(path: str | Path, integrator: TimeIntegrator, history: Histo
         If the file is no checkpoint, or one of another run.
     FileNotFoundError
         If there is no such file.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import History, MovingBody, Newmark, load_checkpoint, march, save_checkpoint
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
+    >>> weight = elasticity.body_force((0.0, -10.0))
+    >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
+    >>> state = scheme.start()
+    >>> history = History(scheme, state, {"A": 0})
+    >>> for state in march(scheme, state, 5, history):
+    ...     pass
+    >>> save_checkpoint("run.npz", scheme, state, history)
+    >>> load_checkpoint("run.npz", scheme, history).step
+    5
     """
     try:
         with np.load(path, allow_pickle=False) as file:

@@ -41,6 +41,19 @@ def lumped(boundary_mass: sparse.csr_array, nodes: np.ndarray, force: np.ndarray
     ------
     ValueError
         If shapes do not fit or a node is not on the boundary.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import BodyOnRoad, lumped, solve
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e3, nu=0.0))
+    >>> support = Support(elasticity.body).fix("top", x=0.0, y=-0.01)
+    >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+    >>> contact = BodyOnRoad(system, "bottom", Plane())
+    >>> M = elasticity.boundary_mass("bottom")
+    >>> lumped(M, contact.nodes, solve(contact).pressure_force).round(9)
+    array([10., 10., 10., 10., 10.])
     """
     force = _checked(boundary_mass, nodes, force)
     area = (boundary_mass @ np.ones(boundary_mass.shape[1]))[nodes]
@@ -68,6 +81,19 @@ def consistent(
     ------
     ValueError
         If shapes do not fit or a node is not on the boundary.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import BodyOnRoad, consistent, solve
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e3, nu=0.0))
+    >>> support = Support(elasticity.body).fix("top", x=0.0, y=-0.01)
+    >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+    >>> contact = BodyOnRoad(system, "bottom", Plane())
+    >>> M, solution = elasticity.boundary_mass("bottom"), solve(contact)
+    >>> consistent(M, contact.nodes, solution.pressure_force, solution.gap == 0.0).round(9)
+    array([10., 10., 10., 10., 10.])
     """
     force = _checked(boundary_mass, nodes, force)
     touching = np.asarray(nodes)[in_contact]
@@ -81,7 +107,14 @@ def consistent(
 
 
 class HalfWidth(NamedTuple):
-    """Half width of a patch on a line: to the last nodes that touch, to the first that do not, between."""
+    """Half width of a patch on a line: to the last nodes that touch, to the first that do not, between.
+
+    Examples
+    --------
+    >>> from model import HalfWidth
+    >>> HalfWidth(lower=0.9, upper=1.1, interpolated=1.0, centre=0.0).interpolated
+    1.0
+    """
 
     lower: float
     upper: float
@@ -119,6 +152,16 @@ def contact_half_width(
     ------
     ValueError
         If no node touches.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from model import contact_half_width
+    >>> x = np.linspace(-2.0, 2.0, 41)
+    >>> p = np.sqrt(np.maximum(1.0 - x**2 / 1.05**2, 0.0))  # Hertz, half width 1.05 mm
+    >>> patch = contact_half_width(x, p, p > 0.0)
+    >>> [round(float(a), 9) for a in (patch.lower, patch.upper, patch.interpolated)]
+    [1.0, 1.1, 1.05]
     """
     order = np.argsort(x)
     x, pressure = np.asarray(x, dtype=float)[order], np.asarray(pressure, dtype=float)[order]
@@ -134,7 +177,9 @@ def contact_half_width(
         left, right = (left, right) if reaches_end else ((left + x[first - 1]) / 2, (right + x[last + 1]) / 2)
     else:
         left, right = edges
-    return HalfWidth((x[last] - x[first]) / 2, float(upper), float(right - left) / 2, float(right + left) / 2)
+    return HalfWidth(
+        float(x[last] - x[first]) / 2, float(upper), float(right - left) / 2, float(right + left) / 2
+    )
 
 
 def _edges_of_fit(x: np.ndarray, pressure: np.ndarray, degree: int) -> tuple[float, float] | None:
@@ -158,6 +203,14 @@ def line_error(x: np.ndarray, pressure: np.ndarray, exact: Callable[[np.ndarray]
         Their pressures (MPa).
     exact : callable
         Exact pressure at given positions.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from model import line_error
+    >>> x = np.linspace(0.0, 1.0, 11)
+    >>> round(line_error(x, 1.01 * x, lambda s: s), 9)
+    0.01
     """
     order = np.argsort(x)
     x, pressure = np.asarray(x, dtype=float)[order], np.asarray(pressure, dtype=float)[order]
@@ -181,6 +234,19 @@ def surface_error(
         The candidates.
     pressure, exact : ndarray, shape (n,)
         Computed and exact pressure at them (MPa).
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import BodyOnRoad, surface_error, solve
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e3, nu=0.0))
+    >>> support = Support(elasticity.body).fix("top", x=0.0, y=-0.01)
+    >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+    >>> contact = BodyOnRoad(system, "bottom", Plane())
+    >>> p = contact.pressure(solve(contact))
+    >>> round(surface_error(elasticity.boundary_mass("bottom"), contact.nodes, 1.01 * p, p), 9)
+    0.01
     """
     M = boundary_mass[nodes][:, nodes]
     difference = np.asarray(pressure) - exact

@@ -27,6 +27,19 @@ class Balance:
         Their force on each.
     points : (h, d)
         Where they are before loading; as strain is linear, moments are of forces there.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import BodyOnRoad, solve
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e3, nu=0.0))
+    >>> support = Support(elasticity.body).fix("top", x=0.0, y=-0.01)
+    >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+    >>> contact = BodyOnRoad(system, "bottom", Plane())
+    >>> sheet = contact.reactions(solve(contact))
+    >>> float(sheet.force["contact"][1].round(9)), float(sheet.force["reactions"][1].round(9))
+    (20.0, -20.0)
     """
 
     about: np.ndarray

@@ -69,6 +69,19 @@ class Solution:
     unique : bool
         False where the body could move as a rigid one and leave all that presses on the road in place: the
         displacement is then one of many.
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import BodyOnRoad, solve
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e3, nu=0.0))
+    >>> support = Support(elasticity.body).fix("top", x=0.0, y=-0.01)
+    >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+    >>> contact = BodyOnRoad(system, "bottom", Plane())
+    >>> solution = solve(contact)
+    >>> float(solution.pressure_force.sum().round(9)), float(solution.gap.max()), solution.unique
+    (20.0, 0.0, True)
     """
 
     displacement: np.ndarray
@@ -144,6 +157,26 @@ class ContactSolver:
     ValueError
         If the correction is unknown or cannot be had, the order is not a permutation, or nothing can hold the
         body against the load.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.sparse import eye_array
+    >>> from model import ContactProblem, ContactSolver
+    >>> problem = ContactProblem(  # two nodes on springs of 100 N/mm, 0.1 and 0.3 mm above a road
+    ...     A=100.0 * eye_array(4),
+    ...     b=np.array([[0.0, -20.0], [3.0, -40.0]]),
+    ...     coordinates=np.array([[0.0, 0.1], [1.0, 0.3]]),
+    ...     contact_nodes=np.array([0, 1]),
+    ...     normal=np.array([[0.0, 1.0], [0.0, 1.0]]),
+    ...     gap=np.array([0.1, 0.3]),
+    ...     friction=0.5,
+    ... )
+    >>> solver = ContactSolver(problem, "none")
+    >>> solver.solve().status.tolist()  # the second is drawn along by 3 N, less than 0.5 x 10 N
+    [2, 2]
+    >>> solver.solve(b=np.array([[0.0, -20.0], [7.0, -40.0]])).status.tolist()  # and now by 7 N
+    [2, 1]
     """
 
     def __init__(
