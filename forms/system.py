@@ -63,6 +63,16 @@ class System:
         the numbers of the nodes that all ranks agree on. Nodes of the system are then those that this rank
         owns, followed by those that it holds a copy of, whose rows are not complete.
     axisymmetric : whether areas are those of a body of revolution, x being the distance from its axis
+
+    Examples
+    --------
+    >>> from forms import Elasticity, Isotropic, Support
+    >>> from geometry import Body, rectangle
+    >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e3, nu=0.3))
+    >>> support = Support(elasticity.body).platen("top")  # its five nodes become one
+    >>> system = elasticity.system(elasticity.body_force((0.0, -1.0)), support)
+    >>> system.load.shape, float(system.load[:, 1].sum().round(9))
+    ((11, 2), -2.0)
     """
 
     A: sparse.bsr_array

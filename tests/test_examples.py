@@ -40,5 +40,4 @@ def test_everything_public_has_an_example(package):
         for name, thing in public.items()
         if inspect.isfunction(thing) or (inspect.isclass(thing) and not issubclass(thing, Exception))
     }
-    assert len(things) > 10
-    assert not [name for name, thing in things.items() if ">>> " not in (thing.__doc__ or "")]
+    assert things and not [name for name, thing in things.items() if ">>> " not in (thing.__doc__ or "")]

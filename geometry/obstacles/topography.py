@@ -37,6 +37,11 @@ def read_topography(
         if the library that reads such files is not installed; the sentence says which.
     ValueError
         one sentence, if the file cannot be read.
+
+    Examples
+    --------
+    >>> positions, heights = read_topography("scan.sur", unit="mm", clean=True)  # doctest: +SKIP
+    >>> road = SmoothRoad.through(positions, heights)  # doctest: +SKIP
     """
     if not Path(path).is_file():
         raise ValueError(f"There is no file {str(path)!r} to read a road from.")

@@ -122,6 +122,17 @@ def cut_figure(
         Its width (mm).
     title : str
         Above the picture.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import Body, half_ball
+    >>> from model import cut_figure
+    >>> body = Body.from_grid(half_ball(radius=10.0, part="quarter"))
+    >>> still, stress = np.zeros_like(body.coordinates), np.ones(len(body.cells))
+    >>> figure = cut_figure(body, "y0", still, stress, "von Mises stress (MPa)", (0.0, 0.0), 1.0)
+    >>> len(figure.axes) > 1
+    True
     """
     facets = outlines(body.facets[boundary])
     corners = np.asarray(body.cells)

@@ -350,7 +350,7 @@ def body_picture(
     limits = (0.0, float(np.max(field)))
     figure, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
     for panel, (focus, across) in zip(axes, views):
-        image = render(body, displacement, field, focus, across, limits, edges=panel is axes[1])
+        image = _render(body, displacement, field, focus, across, limits, edges=panel is axes[1])
         if body.dim == 2:
             sides = focus[:2, None] + across / 2 * np.array([[-1, 1], [-0.75, 0.75]])
             panel.imshow(image, extent=tuple(sides.ravel()))
@@ -364,35 +364,17 @@ def body_picture(
     return figure
 
 
-def render(
+def _render(
     body: Any,
     displacement: np.ndarray,
     field: np.ndarray,
     centre: np.ndarray,
     width: float,
     limits: tuple[float, float],
-    edges: bool = False,
+    edges: bool,
     pixels: int = 800,
 ) -> np.ndarray:
-    """Render a deformed body off screen, in parallel projection; for animations too.
-
-    Parameters
-    ----------
-    body, displacement, field
-        As for `body_picture`.
-    centre, width : ndarray and float
-        What is in the picture, three quarters as high as wide (mm).
-    limits : (lowest, highest)
-        Of the colour map.
-    edges : bool
-        Whether to draw the mesh.
-    pixels : int
-        Width of the picture.
-
-    Returns
-    -------
-    ndarray of uint8, shape (3/4 pixels, pixels, 3)
-    """
+    """Render a deformed body off screen, in parallel projection, three quarters as high as wide."""
     import pyvista
 
     kind, order = VTK_CELLS[body.cell]
