@@ -14,8 +14,8 @@ def test_quick_demo(quick):
     assert results["min_gap"] == results["min_force"] == 0.0
     assert results["package_against_hand"] < 1e-10
     assert summary["cost"]["residual"] < 1e-12
-    for name in ("one_node.png", "string.png", "problem.npz"):
-        assert (out / name).stat().st_size > 1000
+    for name in ("one_node.png", "string.png", "problem.npz", "string.xdmf", "string_road.xdmf"):
+        assert (out / name).stat().st_size > 500
 
 
 @pytest.mark.parametrize("b", [-3.0, -1.0, -0.2, 2.0])
@@ -23,12 +23,3 @@ def test_one_node_obeys_the_conditions(quick, b):
     u, p = quick.names["one_node"](2.0, b, 0.4)
     assert p >= 0 and 0.4 + u >= 0 and p * (0.4 + u) == 0
     assert 2.0 * u - b - p == 0
-
-
-@pytest.mark.parametrize("pull", np.linspace(-2, 2, 9))
-def test_one_node_obeys_coulomb(quick, pull):
-    k, b = np.array([[2.0, 0.3], [0.3, 1.0]]), np.array([pull, -2.0])
-    u, force, status = quick.names["one_node_with_friction"](k, b, 1.0, 0.5)
-    assert np.allclose(k @ u, b + force)
-    assert abs(force[0]) <= 0.5 * force[1] + 1e-14 and u[1] == -1.0
-    assert u[0] == 0.0 if status == "stick" else u[0] * force[0] < 0

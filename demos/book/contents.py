@@ -4,12 +4,19 @@ from pathlib import Path
 
 DEMOS = Path(__file__).parents[1]
 COURSE = {
-    "Contact by hand": ["node_and_spring", "why_relaxation_crawls"],
-    "Pressed": ["section_3_1_1_normal_loading", "section_2_1_own_forms", "sphere_on_plane", "own_mesh"],
-    "Friction": ["section_3_1_2_tangential_loading", "prescribed_motion"],
-    "In time": ["rod_impact", "section_3_2_bouncing_ring"],
-    "Rough roads": ["tread_block", "ring_on_rough_road"],
-    "Large motions": ["rolling", "rolling_ring", "large_strain"],
+    "By hand": ["node_and_spring", "hanging_rod"],
+    "Pressed": ["section_3_1_1_normal_loading", "section_2_1_own_forms", "own_mesh"],
+    "Friction": ["sticks_or_slips"],
+    "Load paths": [
+        "load_paths",
+        "section_3_1_2_tangential_loading",
+        "prescribed_motion",
+        "sphere_on_plane",
+    ],
+    "Solvers": ["why_relaxation_crawls", "multigrid_by_hand"],
+    "Impact and its energy": ["rod_impact", "section_3_2_bouncing_ring"],
+    "Roughness": ["tread_block", "ring_on_rough_road"],
+    "Finite rotation": ["rolling_ring"],
 }
 BEYOND = "Further lessons"  # lessons that the course does not name yet
 PARTS = {

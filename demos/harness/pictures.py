@@ -85,16 +85,96 @@ def panels_over(
     return figure
 
 
+def presses_or_hangs(loads: np.ndarray, answers: Sequence[tuple[float, float]], g0: float) -> Figure:
+    """Draw gap and force of the road of a node on a spring, (u, p) by load, and what one makes of the other."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
+    u, p = np.transpose(answers)
+    left.plot(loads, g0 + u, "k-", label="gap $g$ (m)")
+    left.plot(loads, p, "k--", label="force of the road $p$ (N)")
+    left.set(xlabel="load $b$ (N), upwards positive", title="hangs, or presses: a kink between")
+    right.plot(g0 + u, p, "k-", lw=2)
+    right.set(
+        xlabel="gap $g$ (m)", ylabel="force of the road $p$ (N)", title="(5), (6) and (b) in one picture"
+    )
+    left.legend()
+    return figure
+
+
 def sticks_then_slips(pulls: np.ndarray, u: np.ndarray, force: np.ndarray, mu: float) -> Figure:
     """Draw how a node is pulled along a road: its forces (m, 2) beside the limit of friction, its displacements."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
     left.plot(pulls, force[:, 0], "k-", label=r"$\tau$")
     left.plot(pulls, -mu * force[:, 1], "--", color="0.5", lw=3, label=r"$-\mu p$")
-    left.set(xlabel="pull along the road", ylabel="force of the road", title="sticks, then slips")
+    left.set(xlabel="pull along the road (N)", ylabel="force of the road (N)", title="sticks, then slips")
     right.plot(pulls, u[:, 0], "k-", label="$u_t$")
-    right.set(xlabel="pull along the road", ylabel="displacement", title="moves only where it slips")
+    right.set(xlabel="pull along the road (N)", ylabel="displacement (m)", title="moves only where it slips")
     left.legend()
     right.legend()
+    return figure
+
+
+def slip_in_a_rod(rod: Any, u: np.ndarray, tau: np.ndarray, exact: np.ndarray, limit: float) -> Figure:
+    """Draw displacement and friction (N/m) along a `Rod` that is pulled, beside the closed form and the limit."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
+    left.plot(rod.x, u, "ko", ms=4, label="loop")
+    left.plot(rod.x, exact, "-", color="0.4", lw=1, zorder=0, label="closed form (a)")
+    left.set(xlabel="x (m)", ylabel="u (m)", title="what moves")
+    right.plot(rod.x, -tau / rod.share, "ko", ms=4, label="loop")
+    right.axhline(limit, color="0.5", linestyle="--", label=r"$\mu w$")
+    right.set(xlabel="x (m)", ylabel="friction (N/m)", title="slips where the limit is reached")
+    left.legend()
+    right.legend(loc="center left")
+    return figure
+
+
+def rod_that_hangs(
+    y: np.ndarray,
+    answer: tuple[np.ndarray, np.ndarray],
+    closed: tuple[np.ndarray, np.ndarray],
+    gaps: np.ndarray,
+    forces: np.ndarray,
+) -> Figure:
+    """Draw a hanging rod: displacement and stress over height (m,), and the road's pressure over the gap.
+
+    The answer has displacements (m,) and the stress of elements (m - 1,), the closed form both at the heights;
+    the forces (gaps, 2) are computed and exact.
+    """
+    (u, stress), (exact, sigma) = answer, closed
+    figure, panels = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
+    panels[0].plot(1e3 * u, y, "ko", ms=4, label="by hand")
+    panels[0].plot(1e3 * exact, y, "-", color="0.4", lw=1, zorder=0, label="closed form (a)")
+    panels[0].set(xlabel="u (mm)", ylabel="height y (m)", title="comes down to the road")
+    panels[1].stairs(1e-3 * stress, y, orientation="horizontal", color="k", lw=1.5, label="by hand")
+    panels[1].plot(1e-3 * sigma, y, "-", color="0.4", lw=1, label="closed form (a)")
+    panels[1].axvline(0, color="0.7", lw=0.8)
+    panels[1].set(xlabel=r"$\sigma$ (kPa)", ylabel="height y (m)", title="compressed below, stretched above")
+    panels[2].plot(1e3 * gaps, 1e-3 * forces[:, 0], "ko", ms=4, label="by hand")
+    panels[2].plot(1e3 * gaps, 1e-3 * forces[:, 1], "-", color="0.4", lw=1, zorder=0, label="closed form (a)")
+    panels[2].set(xlabel="gap $g_0$ (mm)", ylabel="pressure of the road (kPa)", title="or does not touch")
+    for panel in panels:
+        panel.legend()
+    return figure
+
+
+def loops_of_force(
+    Q: np.ndarray,
+    u: np.ndarray,
+    exact: np.ndarray,
+    x: np.ndarray,
+    shear: Mapping[str, np.ndarray],
+    limit: float,
+) -> Figure:
+    """Draw force over displacement of a path beside the closed form, and friction (N/m) along a rod by the way there."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    left.plot(exact, Q, "-", color="0.4", lw=1, label="closed form (a), (b)")
+    left.plot(u, Q, "ko", ms=4, label="computed")
+    left.set(xlabel="displacement of the end (m)", ylabel="pull Q (N)", title="to and fro")
+    for look, (name, values) in zip(LOOKS, shear.items()):
+        right.plot(x, values, label=name, markersize=4, markevery=2, **look)
+    right.axhline(limit, color="0.5", linestyle=":", label=r"$\mu w$")
+    right.set(xlabel="x (m)", ylabel="friction (N/m)", title="the same loads in the end")
+    left.legend()
+    right.legend(loc="upper left")
     return figure
 
 
