@@ -4,8 +4,8 @@
 # **You will learn** how a weak form becomes a matrix of springs, that contact does not care where the matrix came from, and
 # how a closed form judges all of it. **You need** {doc}`node_and_spring`, and what a weak form is.
 #
-# A rod of rubber, $L$ long, hangs from a ceiling, its lower end a gap $g_0$ above a road. Its weight stretches it. Let $y$ go
-# upwards from the lower end, and the displacement $u$ too. Equilibrium and Hooke's law, tested with a $v$ that is 0 at the ceiling,
+# A rod of rubber, $L$ long, hangs from a ceiling, its lower end a gap $g_0$ above a road. Its weight stretches it. With $y$ and $u$
+# upwards from the lower end, equilibrium and Hooke's law, tested with a $v$ that is 0 at the ceiling, read
 #
 # $$ \sigma' = \rho g, \quad \sigma = E u' \qquad\Longrightarrow\qquad
 #    \int_0^L E u' v' \, dy = -\int_0^L \rho g\, v \, dy + p\, v(0), \tag{2} $$
@@ -15,10 +15,9 @@
 # $$ u = \frac{p (L - y) - \tfrac12 \rho g (L^2 - y^2)}{E}, \qquad \sigma = \rho g\, y - p, \qquad
 #    p = \max\Big( \frac{\rho g L}{2} - \frac{E g_0}{L},\ 0 \Big): \tag{a} $$
 #
-# ceiling and road share the weight, half of it each if there was no gap, and the lower part is compressed.
-#
-# **By hand.** On $n$ elements of length $h$ hat functions in (2) make a spring $E/h$ of each element, and $-\rho g h$ the load of a
-# node, half of it at the end: the matrix and the load of (3), $K u = b + p$, in four lines. The loop has one node to look after.
+# ceiling and road share the weight, half of it each if there was no gap. **By hand:** hat functions in (2) make a spring $E/h$ of
+# each of $n$ elements of length $h$, and $-\rho g h$ the load of a node, half of it at the end: the matrix and the load of (3),
+# $K u = b + p$, in four lines. The loop has one node to look after.
 
 # %%
 import numpy as np
@@ -33,23 +32,20 @@ from geometry import Body, Plane, rectangle
 from model import BodyOnRoad, solve
 
 scene = Scene("hanging_rod", "A rubber rod that its weight stretches down to a road: by hand, and from UFL.")
-scene.built("K")
-scene.left_out("M", "C", "friction", "gmsh")
+scene.built("K").left_out("M", "C", "friction", "gmsh")
 L, E, weight, gap, n = 1.0, 1e6, 1200 * 9.81, 2e-3, 10  # m, Pa, N/m^3, m, elements
 
 
 def by_hand(g0):
-    """Return heights and displacements of the nodes, the ceiling's last, and the pressure of the road."""
     h = L / n
     K = E / h * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))  # without the node at the ceiling
     K[0, 0] = E / h  # the end has a spring on one side only
-    b = np.full(n, -weight * h)
-    b[0] /= 2
+    b = -weight * h * np.r_[0.5, np.ones(n - 1)]
     u = np.linalg.solve(K, b)  # suppose the end is free
     if u[0] < -g0:  # it is not: put it on the road
         u[0] = -g0
         u[1:] = np.linalg.solve(K[1:, 1:], b[1:] - K[1:, 0] * u[0])
-    return np.linspace(0, L, n + 1), np.append(u, 0.0), K[0] @ u - b[0]
+    return np.linspace(0, L, n + 1), np.append(u, 0.0), K[0] @ u - b[0]  # heights, u, pressure
 
 
 # %% [markdown]
@@ -60,7 +56,6 @@ def by_hand(g0):
 # %%
 @scene.assembly
 def strip(g0, lowered=0.0, sigma=lambda u: E * ufl.sym(ufl.grad(u))):
-    """The rod as a strip above a plane road, its upper end lowered."""
     body = Body.from_grid(rectangle(0.1, L, 1, n))
     V = fem.functionspace(body.mesh, ("Lagrange", 1, (2,)))
     u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
@@ -75,11 +70,10 @@ exact, sigma, pressure = hanging_rod(y, L, E, weight, gap)
 contact = strip(gap)
 solution = solve(contact)
 heights, moved = contact.system.points[:, 1], contact.displacement(solution)[:, 1]
-errors = {"by hand": u - exact, "UFL": moved - hanging_rod(heights, L, E, weight, gap)[0]}
-scene.result("pressure[by hand]", p, "Pa", pressure, "eq. (a)")
-scene.result("pressure[UFL]", contact.pressure(solution).mean(), "Pa", pressure, "eq. (a)")
-for name, error in errors.items():
-    scene.result(f"largest_error_of_u[{name}]", np.abs(error).max() / gap, "g0", 0.0, "eq. (a), at the nodes")
+errors = u - exact, moved - hanging_rod(heights, L, E, weight, gap)[0]
+for way, force, error in zip(("by hand", "UFL"), (p, contact.pressure(solution).mean()), errors):
+    scene.result(f"pressure[{way}]", force, "Pa", pressure, "eq. (a)")
+    scene.result(f"largest_error_of_u[{way}]", np.abs(error).max() / gap, "g0", 0.0, "eq. (a), at the nodes")
 scene.result("min_gap", solution.gap.min(), "m", 0.0, "eq. (5)")
 gaps, stress = np.linspace(0, 8e-3, 41), E * np.diff(u) / np.diff(y)
 forces = np.array([[by_hand(g)[2], hanging_rod(0.0, L, E, weight, g)[2]] for g in gaps])

@@ -16,7 +16,7 @@
 # $$ u = \pm \Big( u_m - \frac{(Q_m \mp Q)^2}{4 EA\, \mu w} \Big), \qquad
 #    \oint Q \, du = \frac{2 Q_m^3}{3 EA\, \mu w}. \tag{b} $$
 #
-# The loop is what friction takes in a cycle. Materials, joints and leaf springs are described by such loops.
+# The loop is what friction takes in a cycle, as in joints and leaf springs.
 
 # %%
 import numpy as np
@@ -30,32 +30,28 @@ from model import follow
 scene = Scene(
     "load_paths", "A rod pulled to and fro along a road: hysteresis, and answers that depend on the way."
 )
-scene.built("K")
-scene.left_out("M", "C", "gmsh", "UFL")
+scene.built("K").left_out("M", "C", "gmsh", "UFL")
 EA, w, mu, most = 1.0, 1.0, 0.5, 0.2  # N, N/m, 1, N
 c = EA * mu * w
 bar = rod(41, EA)
 problem = rod_problem(bar, w, 0.0, mu)
 
 
-def along(path):
-    """Return the solutions of a path of (part of w, Q), and the displacement of the end."""
+def along(path):  # of (part of w, Q)
     solutions = list(follow(problem, [rod_load(bar, part * w, Q) for part, Q in path], tolerance=1e-12))
     return solutions, np.array([solution.displacement[-1, 0] for solution in solutions])
 
 
 up = np.linspace(0, most, 13)[1:]
-there, back, again = np.array(up), np.linspace(most, -most, 25)[1:], np.linspace(-most, most, 25)[1:]
+there, back, again = up, np.linspace(most, -most, 25)[1:], np.linspace(-most, most, 25)[1:]
 Q = np.concatenate([there, back, again])
 solutions, u = along([(1.0, q) for q in Q])
 end = most**2 / (2 * c)
-exact = np.concatenate(
-    [there**2 / (2 * c), end - (most - back) ** 2 / (4 * c), (most + again) ** 2 / (4 * c) - end]
-)
-cycle = slice(len(there) - 1, None)
-taken = np.trapezoid(Q[cycle], u[cycle])
+exact = [there**2 / (2 * c), end - (most - back) ** 2 / (4 * c), (most + again) ** 2 / (4 * c) - end]
+exact = np.concatenate(exact)
+taken = np.trapezoid(Q[11:], u[11:])  # from Q_m to Q_m
 limits = max((abs(s.contact_force[:, 0]) - mu * s.pressure_force).max() for s in solutions)
-scene.result("displacement[Q_m]", u[len(there) - 1], "m", end, "eq. (a)")
+scene.result("displacement[Q_m]", u[11], "m", end, "eq. (a)")
 scene.result("largest_error_of_the_loop", np.abs(u - exact).max() / end, "of that", 0.0, "eq. (b), all steps")
 scene.result("taken_in_a_cycle", taken, "J", 2 * most**3 / (3 * c), "eq. (b), by trapezia")
 scene.result("max_coulomb_violation", max(limits, 0.0), "N", 0.0, "eq. (7)")
@@ -72,11 +68,11 @@ scene.result("displacement[w, then Q]", first[-1], "m", end, "eq. (a)")
 scene.result("displacement[w/2, then Q, then w]", second[-1], "m", 2 * end, "eq. (a) for w/2")
 same = [answer[-1].contact_force.sum(axis=0) for answer in (straight, detour)]
 scene.result("difference_of_the_loads", np.abs(same[0] - same[1]).max(), "N", 0.0, "the same loads")
-shear = {"w, then Q": straight[-1], "w/2, then Q, then w": detour[-1]}
-lines = {name: -answer.contact_force[:, 0] / bar.share for name, answer in shear.items()}
+names = ("w, then Q", "w/2, then Q, then w")
+lines = {name: -way[-1].contact_force[:, 0] / bar.share for name, way in zip(names, (straight, detour))}
 scene.figure(loops_of_force(Q, u, exact, bar.x, lines, mu * w), "load_paths")
 write_line(scene.out / "rod.xdmf", bar.x, solutions[-1], solutions[-1].pressure_force / bar.share)
-problem.save(scene.out / "problem.npz")
+rod_problem(bar, w, most, mu).save(scene.out / "problem.npz", straight[-1])
 
 # %% [markdown]
 # So a result with friction is a result *of a path*: say which, and look whether it stays if the steps are halved. The next
@@ -96,13 +92,9 @@ problem.save(scene.out / "problem.npz")
 
 # %% tags=["hide-cell"]
 # 1. One, since all slip goes the same way: a step sees where it ends. There and back: one for each turn.
-assert np.allclose(along([(1.0, most)])[1], end) and np.allclose(
-    along([(1.0, most), (1.0, 0.0)])[1][-1], end / 2
-)
+assert np.allclose(along([(1.0, most), (1.0, 0.0)])[1], [end, end / 2])
 # 2. By its first pull only: from then on it comes back each time to where it was, and nothing slips any further.
-_, walked = along(
-    [(part, q) for _ in range(10) for part, q in ((0.5, 0.0), (0.5, most), (1.0, most), (1.0, 0.0))]
-)
+_, walked = along([(0.5, 0.0), (0.5, most), (1.0, most), (1.0, 0.0)] * 10)
 print("after each pull:", walked[2::4].round(4), "after each release:", walked[3::4].round(4))
 # 3. Half of it, by (b); and 0 = u_m - (Q_m - Q)^2 / (4 c) gives Q = Q_m (1 - sqrt(2)).
 assert abs(along([(1.0, q) for q in (most, most * (1 - np.sqrt(2)))])[1][-1]) < 0.01 * end

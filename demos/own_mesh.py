@@ -38,8 +38,7 @@ from geometry import Body, Plane, read_mesh
 from model import BodyOnRoad, HertzSphere, pressure_figure, solve
 
 scene = Scene("own_mesh", "A ball from an Abaqus file, pressed on a plate: Hertz from somebody else's mesh.")
-scene.built("K")
-scene.left_out("M", "C", "friction", "gmsh")
+scene.built("K").left_out("M", "C", "friction", "gmsh")
 R, F, E, nu = 10.0, 15e3, 210e3, 0.3  # mm, N, MPa, 1
 hertz, path = HertzSphere(F, R, E, nu), scene.out / "ball.inp"
 write_ball(path, R, refinements=2 if scene.quick else 4)

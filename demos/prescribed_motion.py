@@ -24,8 +24,7 @@ from geometry import Body, MovingRoad, Plane, rectangle
 from model import BodyOnRoad, follow
 
 scene = Scene("prescribed_motion", "A block pressed on a belt and held by a spring: motions as functions.")
-scene.built("K")
-scene.left_out("M", "C", "gmsh")
+scene.built("K").left_out("M", "C", "gmsh")
 E, nu, mu, k, deep, end = 10.0, 0.3, 0.5, 1.0, 0.1, 2.0
 steps = (4, 20) if scene.quick else (10, 80)
 

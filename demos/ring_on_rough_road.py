@@ -33,8 +33,7 @@ from geometry import Body, Plane, RoadSeenFromAfar, SmoothRoad, read_samples, ri
 from model import MassRedistribution, MovingBody, UnresolvedWaves, ledger_figure
 
 scene = Scene("ring_on_rough_road", "The paper's ring, dropped on a rough road and bouncing forward over it.")
-scene.built("M", "K")
-scene.left_out("C", "gmsh", "pyvista")
+scene.built("M", "K").left_out("C", "gmsh", "pyvista")
 h, gravity, speed, mu = 0.5, 9.81, 10.0, 0.1  # m, m/s^2, m/s, 1
 FALL, KINETIC = np.sqrt(2 * h / gravity), 0.5 * np.pi * (0.5**2 - 0.2**2) * speed**2  # s, J/m
 dt, end = 2e-3, 0.5 if scene.quick else 1.2  # s

@@ -40,8 +40,7 @@ from model.dynamics.schemes import SCHEMES
 from model.dynamics.step_problem import save_step
 
 scene = Scene("rod_impact", "A rod against a wall: what exact contact does to time integrators.")
-scene.built("M", "K")
-scene.left_out("C", "friction", "gmsh")
+scene.built("M", "K").left_out("C", "friction", "gmsh")
 exact = RodImpact()
 warnings.simplefilter("ignore", UnresolvedWaves)  # a wave with a sharp front is resolved by no dt
 

@@ -24,8 +24,7 @@ from forms import Elasticity, Isotropic
 from model import BeyondLinear, EnergyMomentum, MassRedistribution, MovingBody, UnresolvedWaves, march
 
 scene = Scene("rolling_ring", "A ring that really rolls: linear and finite strain side by side.")
-scene.built("M", "tangent")
-scene.left_out("C", "gmsh", "pyvista")
+scene.built("M", "tangent").left_out("C", "gmsh", "pyvista")
 warnings.simplefilter("ignore", UnresolvedWaves)  # said by the lesson on the bouncing ring
 warnings.simplefilter("ignore", BeyondLinear)  # which is what we look at
 MUS = (0.1,) if scene.quick else (0.0, 0.1, 0.5)

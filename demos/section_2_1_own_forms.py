@@ -43,8 +43,7 @@ from dolfinx import fem, mesh  # isort: skip
 from mpi4py import MPI  # isort: skip
 
 scene = Scene("section_2_1_own_forms", "A strip on an elastic foundation: own mesh, tags and forms.")
-scene.built("K", "M")
-scene.left_out("C", "gmsh")
+scene.built("K", "M").left_out("C", "gmsh")
 L, H, E, rho, kappa, q = 60.0, 10.0, 5.0, 1e-9, 0.5, 0.2  # mm, mm, MPa, t/mm^3, N/mm^3, MPa
 BOTTOM, TOP = 2, 5
 quads = mesh.CellType.quadrilateral

@@ -31,8 +31,7 @@ from geometry import Body, Plane, half_cylinder
 from model import BodyOnRoad, HertzCylinder, Spence, Status, follow, line_error, mesh_figure, solve
 
 scene = Scene("section_3_1_1_normal_loading", "An elastic half cylinder pressed on a rigid road.")
-scene.built("K")
-scene.left_out("M", "C", "gmsh")
+scene.built("K").left_out("M", "C", "gmsh")
 R, E, nu, P, mu = 10.0, 210e3, 0.3, 1e4, 0.5  # mm, MPa, 1, N/mm, 1
 hertz = HertzCylinder(P, R, E, nu)
 spence = Spence(hertz, mu)

@@ -36,8 +36,7 @@ from model import BodyOnRoad, Carter, HertzCylinder, MindlinCylinder, Status, fo
 from model.results.pressure import contact_half_width
 
 scene = Scene("section_3_1_2_tangential_loading", "A half cylinder pressed and pulled along (section 3.1.2).")
-scene.built("K")
-scene.left_out("M", "C", "gmsh", "pyvista")
+scene.built("K").left_out("M", "C", "gmsh", "pyvista")
 R, E, P, mu = 10.0, 210e3, 1e4, 0.5  # mm, MPa, N/mm, 1
 Q, part = 0.75 * mu * P, np.arange(1, 11) / 10
 

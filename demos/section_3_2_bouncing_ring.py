@@ -35,8 +35,7 @@ from model.dynamics.moving_body import RigidPart
 from model.dynamics.schemes import IMPLICIT
 
 scene = Scene("section_3_2_bouncing_ring", "A ring that bounces, with its energy accounted for.")
-scene.built("M", "K")
-scene.left_out("C", "gmsh", "pyvista")
+scene.built("M", "K").left_out("C", "gmsh", "pyvista")
 h, gravity, speed = 0.5, 9.81, 10.0  # m, m/s^2, m/s
 FALL, KINETIC = np.sqrt(2 * h / gravity), 0.5 * np.pi * (0.5**2 - 0.2**2) * speed**2
 MUS = (0.0, 0.1)

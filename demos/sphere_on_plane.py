@@ -29,8 +29,7 @@ from geometry import Body, Plane, half_ball
 from model import BodyOnRoad, ContactSolver, HertzSphere, MindlinSphere, follow, solve
 
 scene = Scene("sphere_on_plane", "A steel sphere pressed on a plane and pushed: Hertz and Mindlin in space.")
-scene.built("K")
-scene.left_out("M", "C", "gmsh")
+scene.built("K").left_out("M", "C", "gmsh")
 R, E, nu, F, mu = 10.0, 210e3, 0.3, 15e3, 0.5  # mm, MPa, 1, N, 1
 hertz, SHARE = HertzSphere(F, R, E, nu), {"quarter": 1 / 4, "half": 1 / 2}
 

@@ -9,9 +9,8 @@
 #
 # $$ k u = b + (\tau, p), \qquad |\tau| \le \mu p, \qquad \tau \text{ opposes the slip where } |\tau| = \mu p. \tag{7} $$
 #
-# The recipe grows by two lines. *Free?* If not: *does it stick* where it was ($u_t$ as before)? If that takes more
-# than $\mu p$: *it slips*, with $\tau = \pm\mu p$ and $u_n = -g_0$, where the row of $u_t$ gives $u_t$. The pressure
-# is the one after the slip, since slipping changes it through $k_{nt}$.
+# The recipe grows by two lines. *Free?* If not: *does it stick* where it was? If that takes more than $\mu p$: *it slips*,
+# with $\tau = \pm\mu p$ and $u_n = -g_0$, where the row of $u_t$ gives $u_t$, and $p$ is that after the slip.
 
 # %%
 import numpy as np
@@ -23,12 +22,10 @@ from harness.strings import write_line
 from model import solve
 
 scene = Scene("sticks_or_slips", "Friction by hand: a node, and a rod that is pulled along a road.")
-scene.built("K")
-scene.left_out("M", "C", "gmsh", "UFL")
+scene.built("K").left_out("M", "C", "gmsh", "UFL")
 
 
 def one_node_with_friction(k, b, g0, mu, stuck_at=0.0):
-    """Return displacement (u_t, u_n), force (tau, p) and status of the node."""
     u = np.linalg.solve(k, b)
     if u[1] >= -g0:
         return u, np.zeros(2), "free"
@@ -52,36 +49,34 @@ scene.figure(sticks_then_slips(pulls, np.array(ways), np.array(forces), mu=0.5),
 #
 # $$ EA\, u'' = \mu w, \qquad s = \frac{Q}{\mu w}, \qquad u(x) = \frac{\mu w}{2 EA} (x - L + s)^2 \text{ for } x > L - s, \tag{a} $$
 #
-# and nothing at all moves further left. The loop: each node takes what force it must to stay where it was, up to $\mu w h$.
+# and nothing moves further left. The loop: each node takes what force it must to stay where it was, up to $\mu w h$.
 
 
 # %%
 def drag(K, b, limit, sweeps):
-    """Relax from u = 0, each node with a friction of at most `limit`; return u and the forces of friction."""
     u = np.zeros(len(b))
     for _ in range(sweeps):
         for i in range(len(b)):
-            pull = b[i] - K[i] @ u + K[i, i] * u[i]  # on the node, if it stays at 0
+            pull = b[i] - K[i] @ u + K[i, i] * u[i]  # on node i, if it stays at 0
             u[i] = (pull - np.clip(pull, -limit[i], limit[i])) / K[i, i]
-    return u, K @ u - b
+    return u, K @ u - b  # and the friction
 
 
 EA, w, mu, Q = 1.0, 1.0, 0.5, 0.3  # N, N/m, 1, N
 bar = rod(21, EA)
 u, tau = drag(bar.K, np.append(np.zeros(20), Q), mu * w * bar.share, sweeps=2500)
-problem = rod_problem(bar, w, Q, mu)
-solution = solve(problem, tolerance=1e-12)  # the same with this package
+solution = solve(rod_problem(bar, w, Q, mu), tolerance=1e-12)  # the same with this package
 exact = mu * w / (2 * EA) * np.maximum(bar.x - 1 + Q / (mu * w), 0) ** 2
-beyond = (np.abs(tau) / (mu * w * bar.share)).max() - 1
+beyond = max((np.abs(tau) / (mu * w * bar.share)).max() - 1, 0.0)
 off = np.abs(solution.displacement[:, 0] - u).max() / exact[-1]
 scene.result("last_that_sticks", bar.x[u < 1e-12][-1], "m", 1 - Q / (mu * w), "eq. (a), within one h")
 scene.result("displacement_of_the_end", u[-1], "m", Q**2 / (2 * EA * mu * w), "eq. (a)")
 scene.result("largest_error_of_u", np.abs(u - exact).max() / exact[-1], "of the end's", 0.0, "eq. (a)")
-scene.result("friction_beyond_mu_p", max(beyond, 0.0), "of mu p", 0.0, "eq. (7)")
+scene.result("friction_beyond_mu_p", beyond, "of mu p", 0.0, "eq. (7)")
 scene.result("package_against_hand", off, "of the end's", 0.0, "the loop above")
 scene.figure(slip_in_a_rod(bar, u, tau, exact, mu * w), "rod")
 write_line(scene.out / "rod.xdmf", bar.x, solution, solution.pressure_force / bar.share)
-problem.save(scene.out / "problem.npz", solution)
+rod_problem(bar, w, Q, mu).save(scene.out / "problem.npz", solution)
 
 # %% [markdown]
 # **In ParaView**, open `rod.xdmf`, colour by `status` (2 sticks, 1 slips), and plot `contact_force` with *Plot Over Line*.
@@ -99,15 +94,13 @@ problem.save(scene.out / "problem.npz", solution)
 # 1. It slides back only until friction, mu p, holds what is left of the springs' pull: friction remembers.
 slid, _, was = one_node_with_friction(k, np.array([1.5, -2.0]), 1.0, mu=0.5)
 back, force, now = one_node_with_friction(k, np.array([0.0, -2.0]), 1.0, mu=0.5, stuck_at=slid[0])
-print(f"{was} at u_t = {slid[0]:.3f}; released: {now} at u_t = {back[0]:.3f}, tau = {force[0]:.3f}")
+print(f"{was} to u_t = {slid[0]:.3f}; released: {now} to u_t = {back[0]:.3f}, tau = {force[0]:.3f}")
 # 2. Half and half: Q^3 / (6 EA mu w) each.
-stored, taken = 0.5 * u @ bar.K @ u, -tau @ u
-assert np.allclose([stored, taken], Q**3 / (6 * EA * mu * w), rtol=0.01)
+assert np.allclose([0.5 * u @ bar.K @ u, -tau @ u], Q**3 / (6 * EA * mu * w), rtol=0.01)
 # 3. All three fulfil every condition: Coulomb's law need not have one solution only ({doc}`open_questions`).
-k, b, mu, c = np.array([[1.0, 0.8], [0.8, 1.0]]), np.array([-1.0, -0.7]), 1.5, 0.8
-assert np.linalg.solve(k, b)[1] > 0 and abs(-b[0]) < mu * -b[1]  # free, or u = 0 and stick
-p = (c * b[0] - b[1]) / (1 - c * mu)  # or slip to the left, tau = mu p
-assert p > 0 > b[0] + mu * p
+k, b, mu = np.array([[1.0, 0.8], [0.8, 1.0]]), np.array([-1.0, -0.7]), 1.5
+p = (0.8 * b[0] - b[1]) / (1 - 0.8 * mu)  # of slip to the left, tau = mu p
+assert np.linalg.solve(k, b)[1] > 0 and abs(b[0]) < -mu * b[1] and p > 0 > b[0] + mu * p
 
 # %%
 scene.finish(solution)

@@ -32,8 +32,7 @@ from geometry import Body, Plane, SmoothRoad, read_samples, tread_block
 from model import BodyOnRoad, Series, solve
 
 scene = Scene("tread_block", "A rubber tread block pressed on a rough road and dragged over it.")
-scene.built("K")
-scene.left_out("M", "C", "gmsh", "pyvista")
+scene.built("K").left_out("M", "C", "gmsh", "pyvista")
 E, nu, mu = 5.0, 0.49, 0.8  # MPa, 1, 1
 pressure, sliding = 0.3, 4.0  # mean pressure on the blocks (MPa), way of the road (mm)
 steps, spacing = ((8, 16), 1.0) if scene.quick else ((20, 80), 0.5)  # pressing and dragging; mm

@@ -213,6 +213,22 @@ def sweeps_and_cycles(sweeps: Mapping[int, Sequence[float]], cycles: Mapping[int
     return figure
 
 
+def what_a_cycle_does(
+    x: np.ndarray, errors: Mapping[str, np.ndarray], histories: Mapping[int, Sequence[float]]
+) -> Figure:
+    """Draw errors (m) along a string by name, and residuals over cycles by the number of nodes."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), layout="constrained")
+    for look, (name, error) in zip(LOOKS, errors.items()):
+        left.plot(x, 1e3 * error, label=name, **(look | {"marker": ""}))
+    left.set(xlabel="x (m)", ylabel="error (mm)", title="rough, smooth, gone")
+    for look, (n, history) in zip(LOOKS, histories.items()):
+        right.semilogy(range(1, len(history) + 1), history, label=f"{n} nodes", markersize=4, **look)
+    right.set(xlabel="cycles", ylabel="residual (loads of a node)", title="as many on each mesh")
+    left.legend()
+    right.legend(fontsize=8)
+    return figure
+
+
 def panels_of_impacts(runs: Mapping[str, Any], exact: Any) -> Figure:
     """Draw position, pressure and energy of a rod that strikes a wall, the closed form behind them in grey.
 

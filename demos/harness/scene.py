@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from importlib import metadata
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 from harness.machine import machine
 from harness.pages import off_by
@@ -46,7 +46,7 @@ class Scene:
     >>> from tempfile import TemporaryDirectory
     >>> folder = TemporaryDirectory()
     >>> scene = Scene("falling_block", "A block falls on the road.", ["--quick", "--out", folder.name])
-    >>> scene.built("M")
+    >>> scene = scene.built("M")
     >>> @scene.assembly  # timed, for the summary
     ... def mass():
     ...     return 2.0
@@ -104,13 +104,15 @@ class Scene:
         self._results: dict[str, dict[str, Any]] = {}
         self._cost: dict[str, Any] = {}
 
-    def built(self, *what: str) -> None:
-        """Note what the scene assembles or sets up, as "K"."""
+    def built(self, *what: str) -> Self:
+        """Note what the scene assembles or sets up, as "K"; return the scene."""
         self._built = list(dict.fromkeys([*self._built, *what]))
+        return self
 
-    def left_out(self, *what: str) -> None:
-        """Note what the scene does without, as "M", "C", "friction"."""
+    def left_out(self, *what: str) -> Self:
+        """Note what the scene does without, as "M", "C", "friction"; return the scene."""
         self._left_out = list(dict.fromkeys([*self._left_out, *what]))
+        return self
 
     def result(
         self,

@@ -32,8 +32,7 @@ from tabulate import tabulate
 from model.atomic_file import write_aside
 
 scene = Scene("extreme_cases", "Stiff and extreme cases: right, refused or wrong.")
-scene.built("M", "C", "K")
-scene.left_out("gmsh")
+scene.built("M", "C", "K").left_out("gmsh")
 
 # %%
 chosen = [case for case in CASES if not (case.long and scene.quick)]

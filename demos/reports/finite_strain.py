@@ -35,8 +35,7 @@ from model import (
 from model.figures.figures import convergence_figure
 
 scene = Scene("finite_strain", "Finite rotation and finite strain: marks reached and missed.")
-scene.built("M", "tangent")
-scene.left_out("C", "gmsh", "pyvista")
+scene.built("M", "tangent").left_out("C", "gmsh", "pyvista")
 warnings.simplefilter("ignore", UnresolvedWaves)
 warnings.simplefilter("ignore", BeyondLinear)
 OTHER, gains, spins, iterations = "an independent program", [], [], []

@@ -35,8 +35,7 @@ from model.figures.figures import convergence_figure, new_figure
 from model.results.pressure import line_error
 
 scene = Scene("friction_refinement", "Friction: what converges, at what order, and what it costs.")
-scene.built("K")
-scene.left_out("M", "C", "gmsh", "pyvista")
+scene.built("K").left_out("M", "C", "gmsh", "pyvista")
 R, E, nu, P, mu = 10.0, 210e3, 0.3, 1e4, 0.5  # mm, MPa, 1, N/mm, 1
 assembly_seconds = 0.0
 

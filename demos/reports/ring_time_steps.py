@@ -29,8 +29,7 @@ from model.figures.figures import convergence_figure
 from model.recording.energy_balance import total_energy
 
 scene = Scene("ring_time_steps", "The bouncing ring: smaller steps, finer meshes, and what contact costs.")
-scene.built("M", "K")
-scene.left_out("C", "gmsh", "pyvista")
+scene.built("M", "K").left_out("C", "gmsh", "pyvista")
 warnings.simplefilter("ignore", UnresolvedWaves)  # that is what is studied
 launched_ring = scene.assembly(launched_ring)
 STABILISED = list(IMPLICIT)[3:]

@@ -28,8 +28,7 @@ from model.dynamics.schemes import IMPLICIT, SCHEMES
 from model.figures.figures import convergence_figure
 
 scene = Scene("rod_orders", "The rod against a wall: smaller steps, finer meshes, error against run time.")
-scene.built("M", "K")
-scene.left_out("C", "friction", "gmsh", "pyvista")
+scene.built("M", "K").left_out("C", "friction", "gmsh", "pyvista")
 exact = RodImpact()
 warnings.simplefilter("ignore", UnresolvedWaves)  # a wave with a sharp front is resolved by no dt
 rod = scene.assembly(rod)

@@ -27,8 +27,7 @@ from model import ContactStabilised, MassRedistribution, UnresolvedWaves
 from model.figures.figures import convergence_figure
 
 scene = Scene("rough_road_steps", "The ring on the rough road: a finer mesh, smaller steps.")
-scene.built("M", "K")
-scene.left_out("C", "gmsh", "pyvista")
+scene.built("M", "K").left_out("C", "gmsh", "pyvista")
 warnings.simplefilter("ignore", UnresolvedWaves)  # the results say how many steps a period has
 launched_ring = scene.assembly(launched_ring)
 mu, speed, wavelengths, fall = 0.1, 10.0, (0.07, 0.7), np.sqrt(2 * FALL / GRAVITY)

@@ -27,8 +27,7 @@ from model.figures.figures import convergence_figure, stick_slip_figure
 from model.results.pressure import contact_half_width, line_error
 
 scene = Scene("tangential_refinement", "Cattaneo and Mindlin's stick zone and traction, mesh by mesh.")
-scene.built("K")
-scene.left_out("M", "C", "gmsh", "pyvista")
+scene.built("K").left_out("M", "C", "gmsh", "pyvista")
 cylinder = scene.assembly(cylinder)
 mu = 0.5
 Q = 0.75 * mu * P

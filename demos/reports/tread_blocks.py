@@ -24,8 +24,7 @@ from model.figures.contact_map import contact_map
 from model.results.xdmf import on_body
 
 scene = Scene("tread_blocks", "Rubber tread blocks on a rough road: cords along x, and blocks in space.")
-scene.built("K")
-scene.left_out("M", "C", "gmsh", "pyvista")
+scene.built("K").left_out("M", "C", "gmsh", "pyvista")
 E, nu, mu = 5.0, 0.49, 0.8  # MPa, 1, 1
 pressure, sliding = 0.3, 4.0  # mean pressure on the blocks (MPa), way of the road (mm)
 rubber = Isotropic(E, nu)
