@@ -42,8 +42,8 @@ def ball(part, refinements, friction=None):
     if friction is None:  # no push
         support.fix("x0" if part == "quarter" else "top", x=0.0)
     force = elasticity.total_force("top", (0.0, 0.0, -SHARE[part] * F))
-    system = support.apply(elasticity.stiffness(), force)
-    return BodyOnRoad(elasticity, system, Plane(normal=(0.0, 0.0, 1.0)), "sphere", friction, reach=0.15 * R)
+    system = elasticity.system(force, support)
+    return BodyOnRoad(system, "sphere", Plane(normal=(0.0, 0.0, 1.0)), friction=friction, reach=0.15 * R)
 
 
 # %% [markdown]

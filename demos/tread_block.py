@@ -44,8 +44,8 @@ def tread(road):
     body = Body.from_grid(tread_block((3,), (8.0,), (2.0,), 6.0, 4.0, spacing))
     elasticity = Elasticity(body, Isotropic(E, nu), mean_dilatation=True)
     support = Support(body).platen("top").fix("top", x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1.0)))
-    return BodyOnRoad(elasticity, system, road, "bottom", mu)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -1.0)), support)
+    return BodyOnRoad(system, "bottom", road, friction=mu)
 
 
 # %% [markdown]

@@ -125,7 +125,7 @@ class Elasticity:
                 raise ValueError("Damping is for motion; give the density too.")
             C = self.damping(*damping, density)
         system = support.apply(self.stiffness(), load, mass, C, stress=self.stress)
-        system.axisymmetric = self.axisymmetric
+        system.axisymmetric, system.elasticity = self.axisymmetric, self
         return system
 
     def stiffness(self) -> sparse.bsr_array:

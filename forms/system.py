@@ -58,6 +58,7 @@ class System:
     fixed : (R, dim) which unknowns are prescribed
     space : dolfinx function space of the displacement
     varies : whether load or prescribed displacements depend on time
+    elasticity : the `Elasticity` that made the system, or None
     elastic : the `Hyperelasticity` of a system of finite strain, of which A is the tangent at rest; else None
     exchanges, ids : where many ranks share the mesh, of each mesh, finest first: the exchange of values, and
         the numbers of the nodes that all ranks agree on. Nodes of the system are then those that this rank
@@ -88,6 +89,7 @@ class System:
     axisymmetric: bool = False
     body: Body | None = None
     stress: Callable[[np.ndarray], np.ndarray] | None = None
+    elasticity: Any = None
     elastic: Any = None
     exchanges: Sequence[Any] = ()
     ids: Sequence[np.ndarray] = ()

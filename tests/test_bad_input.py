@@ -16,8 +16,8 @@ def elasticity():
 @pytest.fixture
 def problem(elasticity):
     load = elasticity.total_force("top", (0.0, -0.1))
-    system = Support(elasticity.body).fix("top", x=0.0).apply(elasticity.stiffness(), load)
-    return BodyOnRoad(elasticity, system, Plane(), "bottom").problem
+    system = elasticity.system(load, Support(elasticity.body).fix("top", x=0.0))
+    return BodyOnRoad(system, "bottom", Plane()).problem
 
 
 @pytest.mark.parametrize("E", [0.0, -1.0, np.nan, np.inf])
@@ -44,15 +44,15 @@ def test_materials_that_are_none(elasticity, material):
 
 
 def test_roads_of_another_dimension(elasticity):
-    system = Support(elasticity.body).apply(elasticity.stiffness(), np.zeros((9, 2)))
+    system = elasticity.system(np.zeros((9, 2)))
     places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
     with pytest.raises(ValueError, match="LinearRoad has 3 dimensions"):
-        BodyOnRoad(elasticity, system, LinearRoad(places, np.zeros(3)), "bottom")
+        BodyOnRoad(system, "bottom", LinearRoad(places, np.zeros(3)))
     block = Elasticity(Body.from_grid(box(1.0, 1.0, 1.0, 1, 1, 1)), Isotropic(1.0, 0.3))
-    system = Support(block.body).apply(block.stiffness(), np.zeros((8, 3)))
+    system = block.system(np.zeros((8, 3)))
     with pytest.raises(ValueError, match="LinearRoad has 2 dimensions.*ExtrudedRoad"):
-        BodyOnRoad(block, system, LinearRoad([0.0, 1.0], [0.0, 0.0]), "bottom")
-    assert BodyOnRoad(block, system, Plane(), "bottom").problem.gap.max() < 1e-15
+        BodyOnRoad(system, "bottom", LinearRoad([0.0, 1.0], [0.0, 0.0]))
+    assert BodyOnRoad(system, "bottom", Plane()).problem.gap.max() < 1e-15
 
 
 @pytest.mark.parametrize("density", [0.0, -1.0, np.nan])
@@ -75,9 +75,9 @@ def test_unknown_boundary(elasticity):
 
 
 def test_no_candidates(elasticity):
-    system = Support(elasticity.body).apply(elasticity.stiffness(), np.zeros((9, 2)))
+    system = elasticity.system(np.zeros((9, 2)))
     with pytest.raises(ValueError, match="reach"):
-        BodyOnRoad(elasticity, system, Plane((0.0, -5.0)), "bottom", reach=1.0)
+        BodyOnRoad(system, "bottom", Plane((0.0, -5.0)), reach=1.0)
 
 
 def test_folded_cells_unused_nodes_and_nan():
@@ -93,9 +93,9 @@ def test_folded_cells_unused_nodes_and_nan():
 
 
 def test_a_body_below_the_road(elasticity):
-    system = Support(elasticity.body).fix("top", x=0.0).apply(elasticity.stiffness(), np.zeros((9, 2)))
+    system = elasticity.system(np.zeros((9, 2)), Support(elasticity.body).fix("top", x=0.0))
     with pytest.raises(ValueError, match="below the road"):
-        BodyOnRoad(elasticity, system, Plane((0.0, 0.2)), "bottom")
+        BodyOnRoad(system, "bottom", Plane((0.0, 0.2)))
 
 
 def rebuilt(problem, **changes):

@@ -16,8 +16,8 @@ def pressed():
     body = Body.from_grid(half_cylinder_nested(10.0), 1)
     elasticity = Elasticity(body, Isotropic(210e3, 0.3))
     support = Support(body).fix_node(body.nearest_node((0.0, 10.0)), x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
-    return BodyOnRoad(elasticity, system, Plane(), "arc")
+    system = elasticity.system(elasticity.total_force("top", (0.0, -1e4)), support)
+    return BodyOnRoad(system, "arc", Plane())
 
 
 @pytest.fixture(scope="module")

@@ -31,8 +31,8 @@ def cylinder(road, friction=None, refinements=None):
     body = Body.from_grid(grid, refinements or 0)
     elasticity = Elasticity(body, Isotropic(E, NU))
     load = elasticity.total_force("top", (0, -P))
-    system = Support(body).platen("top").fix("top", x=0.0).apply(elasticity.stiffness(), load)
-    return BodyOnRoad(elasticity, system, road, "arc", friction, reach=0.2 * R)
+    system = elasticity.system(load, Support(body).platen("top").fix("top", x=0.0))
+    return BodyOnRoad(system, "arc", road, friction=friction, reach=0.2 * R)
 
 
 def rubber(road, friction=None, width=20.0, columns=40, load=10.0, holding=True):
@@ -41,8 +41,8 @@ def rubber(road, friction=None, width=20.0, columns=40, load=10.0, holding=True)
     support = Support(body).platen("top")
     if holding:
         support.fix("top", x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0, -load)))
-    return BodyOnRoad(elasticity, system, road, "bottom", friction)
+    system = elasticity.system(elasticity.total_force("top", (0, -load)), support)
+    return BodyOnRoad(system, "bottom", road, friction=friction)
 
 
 def settle(body, road, correction="direct", **options):
@@ -126,8 +126,8 @@ def test_a_node_in_a_sharp_hollow_is_held_by_both_slopes(friction):
     body.mesh.geometry.x[:, :2] = body.coordinates
     elasticity = Elasticity(body, Isotropic(100.0, NU))
     load = elasticity.total_force("top", (0.1, -1.0))
-    system = Support(body).platen("top").apply(elasticity.stiffness(), load)
-    contact_body = BodyOnRoad(elasticity, system, road, "bottom", friction)
+    system = elasticity.system(load, Support(body).platen("top"))
+    contact_body = BodyOnRoad(system, "bottom", road, friction=friction)
     solution, contact = settle(contact_body, road)
     check(contact_body, road, solution, contact, friction or 0.0)
     tip = np.argmin(np.abs(contact_body.points[:, 0]))
@@ -186,10 +186,8 @@ def test_several_bodies_share_a_road_as_if_they_were_alone():
     def alone(grid, material, top, touching, load):
         body = Body.from_grid(grid, 1)
         elasticity = Elasticity(body, material)
-        system = Support(body).apply(
-            elasticity.stiffness(), sum(elasticity.total_force(t, f) for t, f in zip(top, load))
-        )
-        pressed = BodyOnRoad(elasticity, system, road, touching, 0.5)
+        system = elasticity.system(sum(elasticity.total_force(t, f) for t, f in zip(top, load)))
+        pressed = BodyOnRoad(system, touching, road, friction=0.5)
         return pressed, settle(pressed, road)[0]
 
     steel, soft = Isotropic(1000.0, NU), Isotropic(10.0, 0.45)

@@ -62,8 +62,8 @@ def elasticity():
 @pytest.fixture(scope="module")
 def problem(elasticity):
     load = elasticity.total_force("top", (0.0, -0.1))
-    system = Support(elasticity.body).fix("top", x=0.0).apply(elasticity.stiffness(), load)
-    return BodyOnRoad(elasticity, system, Plane(), "bottom", 0.3).problem
+    system = elasticity.system(load, Support(elasticity.body).fix("top", x=0.0))
+    return BodyOnRoad(system, "bottom", Plane(), friction=0.3).problem
 
 
 @pytest.fixture(scope="module")

@@ -61,9 +61,9 @@ def block(friction):
     body = Body.from_grid(rectangle(2.0, 1.0, 8, 4))
     elasticity = Elasticity(body, Isotropic(100.0, 0.3))
     support = Support(body).platen("top")
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1.0)))
+    system = elasticity.system(elasticity.total_force("top", (0.0, -1.0)), support)
     pull = system.reduce(elasticity.total_force("top", (1.0, 0.0)))
-    return BodyOnRoad(elasticity, system, Plane(), "bottom", friction), system.load, pull
+    return BodyOnRoad(system, "bottom", Plane(), friction=friction), system.load, pull
 
 
 def test_a_block_starts_to_slide_at_mu_p_and_not_before():
@@ -83,8 +83,8 @@ def pressed_cylinder(mu, refinements=1):
     body = Body.from_grid(half_cylinder_nested(10.0), refinements)
     elasticity = Elasticity(body, Isotropic(210e3, 0.3))
     support = Support(body).platen("top").fix("top", x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
-    return BodyOnRoad(elasticity, system, Plane(), "arc", mu)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -1e4)), support)
+    return BodyOnRoad(system, "arc", Plane(), friction=mu)
 
 
 @pytest.mark.parametrize("steps", [1, 2, 5])
@@ -159,8 +159,8 @@ def test_an_independent_solver_agrees(tmp_path):
 def test_node_order_does_not_matter_with_friction():
     body = Body.from_grid(rectangle(1.0, 0.5, 6, 3))
     elasticity = Elasticity(body, Isotropic(1.0, 0.3))
-    system = Support(body).fix("top", x=0.02, y=-0.03).apply(elasticity.stiffness(), np.zeros((28, 2)))
-    problem = BodyOnRoad(elasticity, system, Plane(), "bottom", 0.2).problem
+    system = elasticity.system(np.zeros((28, 2)), Support(body).fix("top", x=0.02, y=-0.03))
+    problem = BodyOnRoad(system, "bottom", Plane(), friction=0.2).problem
     first = solve(problem, "none", tolerance=1e-13)
     for order in (np.arange(28)[::-1], np.random.default_rng(5).permutation(28)):
         other = solve(problem, "none", tolerance=1e-13, order=order)

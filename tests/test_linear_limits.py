@@ -35,8 +35,8 @@ def test_pressures_beyond_the_limits_come_with_a_warning():
     elasticity = Elasticity(body, Isotropic(1.0, 0.0))
     for strain in (0.01, 0.2):
         load = elasticity.total_force("top", (0.0, -2.0 * strain))
-        system = Support(body).platen("top").fix("top", x=0.0).apply(elasticity.stiffness(), load)
-        pressed = BodyOnRoad(elasticity, system, Plane(), "bottom")
+        system = elasticity.system(load, Support(body).platen("top").fix("top", x=0.0))
+        pressed = BodyOnRoad(system, "bottom", Plane())
         solution = solve(pressed.problem)
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")

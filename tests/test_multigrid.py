@@ -37,8 +37,8 @@ def cylinder(refinements, friction=None, platen=True):
         support.platen("top").fix("top", x=0.0)
     else:
         support.fix_node(body.nearest_node((0.0, 10.0)), x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
-    return BodyOnRoad(elasticity, system, Plane(), "arc", friction).problem
+    system = elasticity.system(elasticity.total_force("top", (0.0, -1e4)), support)
+    return BodyOnRoad(system, "arc", Plane(), friction=friction).problem
 
 
 def block_on_tilted_road(friction):
@@ -47,8 +47,8 @@ def block_on_tilted_road(friction):
     stiff = np.array([[5.0, 1.0, 0.3], [1.0, 2.0, 0.1], [0.3, 0.1, 1.5]])
     elasticity = Elasticity(body, Anisotropic(stiff), "plane strain")
     support = Support(body).fix("top", x=0.01, y=-0.1)
-    system = support.apply(elasticity.stiffness(), elasticity.body_force((0.05, -0.4)))
-    return BodyOnRoad(elasticity, system, Plane((0.0, -0.31), (-0.3, 1.0)), "bottom", friction).problem
+    system = elasticity.system(elasticity.body_force((0.05, -0.4)), support)
+    return BodyOnRoad(system, "bottom", Plane((0.0, -0.31), (-0.3, 1.0)), friction=friction).problem
 
 
 @pytest.mark.parametrize("platen", [True, False])
@@ -85,8 +85,8 @@ def test_multigrid_in_three_dimensions():
     body = Body.from_grid(box(1.0, 1.0, 1.0, 2, 2, 2), 2)
     elasticity = Elasticity(body, Isotropic(1.0, 0.3))
     load = elasticity.total_force("top", (0.02, 0.01, -0.1))
-    system = Support(body).platen("top").apply(elasticity.stiffness(), load)
-    problem = BodyOnRoad(elasticity, system, Plane((0, 0, 0), (0, 0, 1)), "bottom", 0.5).problem
+    system = elasticity.system(load, Support(body).platen("top"))
+    problem = BodyOnRoad(system, "bottom", Plane((0, 0, 0), (0, 0, 1)), friction=0.5).problem
     exact = solve(problem, "direct", tolerance=1e-11)
     other = solve(problem, "multigrid", tolerance=1e-11)
     assert np.abs(other.displacement - exact.displacement).max() < 1e-8 * np.abs(exact.displacement).max()
@@ -185,9 +185,9 @@ def test_cycles_with_friction_in_space():
         elasticity.total_force("top", half * F * np.array([Q * mu, 0.0, -1.0]))
         for Q in (0.0, 0.25, 0.5, 0.75, 0.95)
     ]
-    system = support.apply(elasticity.stiffness(), pushes[0])
+    system = elasticity.system(pushes[0], support)
     loads = [np.where(system.fixed, 0.0, system.reduce(push)) for push in pushes]
-    problem = BodyOnRoad(elasticity, system, Plane((0, 0, 0), (0, 0, 1)), "sphere", mu, reach=1.5).problem
+    problem = BodyOnRoad(system, "sphere", Plane((0, 0, 0), (0, 0, 1)), friction=mu, reach=1.5).problem
     path = list(follow(ContactSolver(problem, "multigrid"), loads, tolerance=1e-8))
     assert all({Status.SLIP, Status.STICK} <= set(step.status) for step in path[1:])
     assert max(step.cycles for step in path) <= 16
@@ -232,8 +232,8 @@ def test_cycles_on_triangles_of_any_mesh():
         body = Body.from_grid(grid)
         elasticity = Elasticity(body, Isotropic(210e3, 0.3))
         support = Support(body).fix_node(body.nearest_node((0.0, 10.0)), x=0.0)
-        system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
-        problem = BodyOnRoad(elasticity, system, Plane(), "arc", reach=2.0).problem
+        system = elasticity.system(elasticity.total_force("top", (0.0, -1e4)), support)
+        problem = BodyOnRoad(system, "arc", Plane(), reach=2.0).problem
         cycles.append(solve(problem, "algebraic", tolerance=1e-8).cycles)
     assert max(cycles) <= 25
 
@@ -245,8 +245,8 @@ def test_at_the_onset_of_sliding(Q, slides):
     elasticity = Elasticity(body, Isotropic(210e3, 0.3))
     support = Support(body).platen("top")
     pushes = [elasticity.total_force("top", np.array([part * 0.5, -1.0]) * 1e4) for part in (0.0, 0.5, Q)]
-    system = support.apply(elasticity.stiffness(), pushes[0])
-    problem = BodyOnRoad(elasticity, system, Plane(), "arc", 0.5, reach=2.0).problem
+    system = elasticity.system(pushes[0], support)
+    problem = BodyOnRoad(system, "arc", Plane(), friction=0.5, reach=2.0).problem
     solver = ContactSolver(problem, "multigrid")
     steps = follow(solver, [system.reduce(push) for push in pushes], tolerance=1e-8)
     if slides:

@@ -33,8 +33,8 @@ LAWS = {
 @pytest.mark.parametrize("correction", ["none", "direct", "algebraic", "multigrid"])
 def test_two_runs_with_one_solver_are_two_runs_with_two(law, correction):
     push, pull = (ELASTICITY.body_force(force) for force in ((0.0, -0.05), (0.03, 0.0)))
-    system = Support(ELASTICITY.body).fix("top", x=0.0, y=0.0).apply(ELASTICITY.stiffness(), push)
-    problem = BodyOnRoad(ELASTICITY, system, Plane(), "bottom", LAWS[law]).problem
+    system = ELASTICITY.system(push, Support(ELASTICITY.body).fix("top", x=0.0, y=0.0))
+    problem = BodyOnRoad(system, "bottom", Plane(), friction=LAWS[law]).problem
     held = ELASTICITY.body.nodes("top")
     push[held], pull[held] = 0.0, 0.0
     loads = [push, push + pull, push + 1.2 * pull, push - pull]
@@ -58,8 +58,8 @@ def test_a_problem_is_frozen():
 def solve_block(**left):
     """A block on the road, its left side prescribed."""
     support = Support(ELASTICITY.body).fix("top", x=0.0, y=-0.01).fix("left", **left)
-    system = support.apply(ELASTICITY.stiffness(), np.zeros_like(ELASTICITY.body.coordinates))
-    return BodyOnRoad(ELASTICITY, system, Plane(), "bottom").problem, system
+    system = ELASTICITY.system(np.zeros_like(ELASTICITY.body.coordinates), support)
+    return BodyOnRoad(system, "bottom", Plane()).problem, system
 
 
 def test_a_node_prescribed_below_the_road_is_refused():
@@ -72,9 +72,9 @@ def test_a_node_prescribed_below_the_road_is_refused():
 @pytest.mark.parametrize("friction", [None, 0.3])
 def test_prescribed_components_stay_where_nodes_touch(correction, tilt, friction):
     support = Support(ELASTICITY.body).fix("top", y=-0.03).fix("left", x=0.004)
-    system = support.apply(ELASTICITY.stiffness(), np.zeros_like(ELASTICITY.body.coordinates))
+    system = ELASTICITY.system(np.zeros_like(ELASTICITY.body.coordinates), support)
     road = Plane((0.0, 0.0), (tilt, 1.0))
-    problem = BodyOnRoad(ELASTICITY, system, road, "bottom", friction, reach=1.0).problem
+    problem = BodyOnRoad(system, "bottom", road, friction=friction, reach=1.0).problem
     solution = solve(problem, correction, tolerance=1e-9)
     left = ELASTICITY.body.nodes("left")
     assert np.abs(solution.displacement[left, 0] - 0.004).max() < 1e-14
@@ -93,8 +93,8 @@ def test_a_body_that_may_tip_says_that_its_place_is_one_of_many():
     load = np.zeros_like(body.coordinates)
     load[body.nearest_node((0.0, 0.5))] = (0.0, -1e-6)
     support = Support(body).fix_node(body.nearest_node((0.0, 0.5)), x=0.0)
-    system = support.apply(ELASTICITY.stiffness(), load)
-    corner = BodyOnRoad(ELASTICITY, system, Plane(), "bottom").problem
+    system = ELASTICITY.system(load, support)
+    corner = BodyOnRoad(system, "bottom", Plane()).problem
     solution = solve(corner, "direct")
     assert np.count_nonzero(solution.pressure_force) == 1
     assert not solution.unique

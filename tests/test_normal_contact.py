@@ -21,8 +21,8 @@ def test_patch(cell, distortion):
     body = Body.from_grid(rectangle(2.0, 1.0, 6, 4, cell=cell, distortion=distortion, seed=3))
     elasticity = Elasticity(body, Isotropic(1000.0, 0.3))
     load = elasticity.traction("top", (0.0, -7.0))
-    system = Support(body).fix_node(body.nearest_node((0.0, 0.0)), x=0.0).apply(elasticity.stiffness(), load)
-    pressed = BodyOnRoad(elasticity, system, Plane(), "bottom")
+    system = elasticity.system(load, Support(body).fix_node(body.nearest_node((0.0, 0.0)), x=0.0))
+    pressed = BodyOnRoad(system, "bottom", Plane())
     pressure = pressed.pressure(solve(pressed.problem, "direct", tolerance=1e-13))
     assert np.abs(pressure / 7.0 - 1).max() < 1e-12
 
@@ -61,7 +61,7 @@ def manufactured(n):
     support = Support(body)
     for node in body.nodes("top"):
         support.fix_node(int(node), x=float(values[node, 0]), y=float(values[node, 1]))
-    problem = BodyOnRoad(elasticity, support.apply(K, load), Plane(), "bottom").problem
+    problem = BodyOnRoad(support.apply(K, load), "bottom", Plane()).problem
     found = fem.Function(elasticity.V)
     found.x.array[:] = solve(problem, "direct", tolerance=1e-12).displacement.ravel()
     e = found - u
@@ -81,8 +81,8 @@ def cylinder():
     body = Body.from_grid(half_cylinder(10.0))
     elasticity = Elasticity(body, Isotropic(210e3, 0.3))
     support = Support(body).fix_node(body.nearest_node((0.0, 10.0)), x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
-    return BodyOnRoad(elasticity, system, Plane(), "arc")
+    system = elasticity.system(elasticity.total_force("top", (0.0, -1e4)), support)
+    return BodyOnRoad(system, "arc", Plane())
 
 
 def test_hertz_at_760_quadrilaterals(cylinder):
@@ -104,8 +104,8 @@ def bed(order=None, correction="none"):
     """A block pressed on a bumpy plane, small enough for the loop alone."""
     body = Body.from_grid(rectangle(1.0, 0.5, 8, 4))
     elasticity = Elasticity(body, Isotropic(1.0, 0.3))
-    system = Support(body).fix("top", x=0.0, y=-0.03).apply(elasticity.stiffness(), np.zeros((45, 2)))
-    problem = BodyOnRoad(elasticity, system, Plane(), "bottom").problem
+    system = elasticity.system(np.zeros((45, 2)), Support(body).fix("top", x=0.0, y=-0.03))
+    problem = BodyOnRoad(system, "bottom", Plane()).problem
     gap = 0.02 * np.cos(9 * problem.coordinates[problem.contact_nodes, 0]) ** 2
     return solve(replace(problem, gap=gap), correction, tolerance=1e-13, order=order)
 
@@ -152,4 +152,4 @@ def test_a_body_pulled_away_or_left_loose_is_refused(cylinder):
     with pytest.raises(
         ValueError, match=r"translation along \(1, 0\) that neither supports nor the road can stop"
     ):
-        solve(BodyOnRoad(cylinder.elasticity, system, Plane(), "arc").problem)
+        solve(BodyOnRoad(system, "arc", Plane()).problem)

@@ -94,8 +94,8 @@ def test_a_block_set_down_beside_a_step_that_hangs_over():
     elasticity = Elasticity(body, Isotropic(1000.0, 0.3))
     load = elasticity.total_force("top", (1.0, -2.0))
     ledge = PolylineRoad([[-5, 0], [1, 0], [1, 3], [0.2, 3], [0.2, 4], [9, 4]])
-    system = Support(body).apply(elasticity.stiffness(), load)
-    pressed = BodyOnRoad(elasticity, system, ledge, ["bottom", "right", "top"])
+    system = elasticity.system(load)
+    pressed = BodyOnRoad(system, ["bottom", "right", "top"], ledge)
     solution = CurvedContact(ContactSolver(pressed.problem), pressed.points).solve(ledge)
     np.testing.assert_allclose(solution.contact_force.sum(axis=0), [-1, 2], atol=1e-8)
     assert (
@@ -108,12 +108,12 @@ def test_hertz_on_a_polygon_of_many_sides_is_hertz_on_a_circle():
     body = Body.from_grid(half_cylinder_nested(10.0, 3))
     elasticity = Elasticity(body, Isotropic(210e3, 0.3))
     support = Support(body).fix_node(body.nearest_node((0.0, 10.0)), x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -2e3)))
+    system = elasticity.system(elasticity.total_force("top", (0.0, -2e3)), support)
     angle = np.linspace(0, 2 * np.pi, 4000, endpoint=False) - np.pi / 2
     hollow = PolylineRoad(12 * np.stack([np.cos(angle), np.sin(angle) + 1], axis=1), closed=True, inside=True)
     peaks = []
     for road in (hollow, RoundRoad((0, 0), (0, 1), -12)):
-        pressed = BodyOnRoad(elasticity, system, road, "arc")
+        pressed = BodyOnRoad(system, "arc", road)
         pressed.problem.gap[:] = np.maximum(pressed.problem.gap, 0)
         solution = CurvedContact(ContactSolver(pressed.problem), pressed.points).solve(road)
         assert solution.contact_force.sum(axis=0) == pytest.approx([0, 2e3], abs=1e-6)
@@ -129,8 +129,8 @@ def test_a_ball_of_triangles_pressed_into_a_block():
     body = Body.from_grid(box(2.0, 2.0, 1.0, 6, 6, 3, corner=(-1.0, -1.0, 1e-3)))
     elasticity = Elasticity(body, Isotropic(1000.0, 0.3))
     system = Support(body).platen("top").fix("top", x=0.0, y=0.0)
-    system = system.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, 0.0, -5.0)))
-    pressed = BodyOnRoad(elasticity, system, road, "bottom", 0.3)
+    system = elasticity.system(elasticity.total_force("top", (0.0, 0.0, -5.0)), system)
+    pressed = BodyOnRoad(system, "bottom", road, friction=0.3)
     solution = CurvedContact(ContactSolver(pressed.problem), pressed.points).solve(road)
     assert solution.contact_force[:, 2].sum() == pytest.approx(5, rel=1e-6)
     at = pressed.points + solution.displacement[pressed.problem.contact_nodes]

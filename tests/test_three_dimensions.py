@@ -38,8 +38,8 @@ def ball(refinements, part="quarter", friction=None, road=UP, push=(0.0, 0.0)):
         support.fix("y0", y=0.0)
     if part == "quarter":
         support.fix("x0", x=0.0)
-    system = support.apply(elasticity.stiffness(), load)
-    return BodyOnRoad(elasticity, system, road, "sphere", friction, reach=0.1 * R)
+    system = elasticity.system(load, support)
+    return BodyOnRoad(system, "sphere", road, friction=friction, reach=0.1 * R)
 
 
 def punch(dim, road, friction, push):
@@ -65,8 +65,8 @@ def punch(dim, road, friction, push):
     support = Support(body).platen("top")
     if dim == 3:
         support.fix("front", y=0.0).fix("back", y=0.0)
-    system = support.apply(elasticity.stiffness(), load)
-    pressed = BodyOnRoad(elasticity, system, road, "bottom", friction)
+    system = elasticity.system(load, support)
+    pressed = BodyOnRoad(system, "bottom", road, friction=friction)
     solution = CurvedContact(ContactSolver(pressed.problem, "direct"), pressed.points).solve(
         road, tolerance=1e-11
     )
@@ -152,8 +152,8 @@ def turned_block(angle, road=UP):
     body = Body.from_grid(grid)
     elasticity = Elasticity(body, Isotropic(10.0, NU))
     load = elasticity.total_force("top", turn @ (0.8, 0.3, -3.0))
-    system = Support(body).platen("top").apply(elasticity.stiffness(), load)
-    pressed = BodyOnRoad(elasticity, system, road, "bottom", 0.4)
+    system = elasticity.system(load, Support(body).platen("top"))
+    pressed = BodyOnRoad(system, "bottom", road, friction=0.4)
     return pressed, solve(pressed.problem, "direct", tolerance=1e-12), turn
 
 
@@ -194,8 +194,8 @@ def rough_block():
     body = Body.from_grid(box(3.0, 2.0, 1.5, 10, 7, 5, corner=(-1.5, -1.0, 0.0)))
     elasticity = Elasticity(body, Isotropic(10.0, NU))
     load = elasticity.total_force("top", (0.5, 0.2, -3.0))
-    system = Support(body).platen("top").apply(elasticity.stiffness(), load)
-    pressed = BodyOnRoad(elasticity, system, road, "bottom", 0.6)
+    system = elasticity.system(load, Support(body).platen("top"))
+    pressed = BodyOnRoad(system, "bottom", road, friction=0.6)
     contact = CurvedContact(ContactSolver(pressed.problem, "direct"), pressed.points)
     return road, pressed, contact, contact.solve(road)
 

@@ -14,8 +14,8 @@ CYLINDER = Elasticity(Body.from_grid(half_cylinder(10.0)), Isotropic(210e3, 0.3)
 def cylinder(P, height=0.0):
     body = CYLINDER.body
     support = Support(body).fix_node(body.nearest_node((0.0, 10.0)), x=0.0)
-    system = support.apply(CYLINDER.stiffness(), CYLINDER.total_force("top", (0.0, -P)))
-    return BodyOnRoad(CYLINDER, system, Plane((0.0, -height)), "arc").problem
+    system = CYLINDER.system(CYLINDER.total_force("top", (0.0, -P)), support)
+    return BodyOnRoad(system, "arc", Plane((0.0, -height))).problem
 
 
 @pytest.mark.parametrize(("P", "count"), [(1e4, 21), (3e3, 11), (1e3, 7), (1.0, 1), (1e-4, 1)])
@@ -37,9 +37,9 @@ def test_a_ring_falls_into_a_groove_and_leans_on_both_walls():
     body = Body.from_grid(ring(1.0, 0.3, 16, 2))
     elasticity = Elasticity(body, Isotropic(1e6, 0.3))
     support = Support(body).fix_node(body.nearest_node((0.0, 2.0)), x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.body_force((0.0, -1.0)))
+    system = elasticity.system(elasticity.body_force((0.0, -1.0)), support)
     slope = np.array([-5.0, 0.0, 5.0])
-    pressed = BodyOnRoad(elasticity, system, LinearRoad(slope, np.abs(slope) - 0.6), "outer")
+    pressed = BodyOnRoad(system, "outer", LinearRoad(slope, np.abs(slope) - 0.6))
     solution = CurvedContact(ContactSolver(pressed.problem, "direct"), pressed.points).solve(pressed.road)
     weight = -system.load.sum()
     forces = solution.contact_force[solution.status > 0]
@@ -51,8 +51,8 @@ def test_a_half_ball_lies_on_one_node():
     body = Body.from_grid(half_ball(10.0))
     elasticity = Elasticity(body, Isotropic(210e3, 0.3))
     load = elasticity.body_force((0.0, 0.0, -100.0 / (2 / 3 * np.pi * 1e3)))
-    system = Support(body).fix("top", x=0.0, y=0.0).apply(elasticity.stiffness(), load)
-    solution = solve(BodyOnRoad(elasticity, system, Plane((0, 0, 0), (0, 0, 1)), "sphere").problem, "direct")
+    system = elasticity.system(load, Support(body).fix("top", x=0.0, y=0.0))
+    solution = solve(BodyOnRoad(system, "sphere", Plane((0, 0, 0), (0, 0, 1))).problem, "direct")
     assert np.abs(solution.contact_force.sum(axis=0) + system.load.sum(axis=0) * (0, 0, 1)).max() < 1e-8
     assert np.count_nonzero(solution.status) == 1
 
@@ -62,9 +62,7 @@ BLOCK = Elasticity(Body.from_grid(rectangle(1.0, 1.0, 4, 4)), Isotropic(1e6, 0.3
 
 def block(direction, road, friction=None):
     load = BLOCK.body_force(direction)
-    return BodyOnRoad(
-        BLOCK, Support(BLOCK.body).apply(BLOCK.stiffness(), load), road, "bottom", friction
-    ).problem
+    return BodyOnRoad(BLOCK.system(load), "bottom", road, friction=friction).problem
 
 
 def test_who_would_slide_is_told_whereto():
@@ -84,25 +82,21 @@ def test_who_would_topple_is_told_about_which_point():
     load = np.zeros_like(BLOCK.body.coordinates)
     load[BLOCK.body.nearest_node((1.0, 1.0))] = (0.0, -1.0)
     load[BLOCK.body.nearest_node((0.0, 1.0))] = (0.0, -1.0)
-    system = Support(BLOCK.body).apply(BLOCK.stiffness(), load)
-    bottom = BodyOnRoad(BLOCK, system, Plane(), "bottom", 0.5, reach=1.0).problem
+    system = BLOCK.system(load)
+    bottom = BodyOnRoad(system, "bottom", Plane(), friction=0.5, reach=1.0).problem
     assert solve(bottom, "direct").residual < 1e-10
     load[BLOCK.body.nearest_node((0.0, 1.0))] = (0.0, 1.0)
     with pytest.raises(ValueError, match=r"a rotation about \("):
-        solve(
-            BodyOnRoad(
-                BLOCK, Support(BLOCK.body).apply(BLOCK.stiffness(), load), Plane(), "bottom", 0.5
-            ).problem
-        )
+        solve(BodyOnRoad(BLOCK.system(load), "bottom", Plane(), friction=0.5).problem)
 
 
 @pytest.mark.parametrize("reach", [0.05, None])
 def test_candidates_far_from_the_road_do_no_harm(reach):
     body = BLOCK.body
     support = Support(body).fix_node(body.nearest_node((0.0, 1.0)), x=0.0)
-    system = support.apply(BLOCK.stiffness(), BLOCK.body_force((0.0, -1.0)))
+    system = BLOCK.system(BLOCK.body_force((0.0, -1.0)), support)
     sides = ["bottom", "left", "right", "top"]
-    solution = solve(BodyOnRoad(BLOCK, system, Plane(), sides, reach=reach).problem, "direct")
+    solution = solve(BodyOnRoad(system, sides, Plane(), reach=reach).problem, "direct")
     assert np.abs(solution.contact_force.sum(axis=0) - (0.0, 1.0)).max() < 1e-9
 
 

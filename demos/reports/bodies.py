@@ -36,8 +36,8 @@ def cylinder(
         support.platen("top")
         if held:
             support.fix("top", x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -force)))
-    return BodyOnRoad(elasticity, system, Plane(), "arc", friction, reach=reach)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -force)), support)
+    return BodyOnRoad(system, "arc", Plane(), friction=friction, reach=reach)
 
 
 def launched_ring(
@@ -73,8 +73,8 @@ def ball(part: str, refinements: int, force: float, friction: float | None = Non
         support.fix("top", x=0.0)
     load = elasticity.total_force("top", (0.0, 0.0, -share * force))
     road = Plane((0, 0, 0), (0, 0, 1))
-    system = support.apply(elasticity.stiffness(), load)
-    return BodyOnRoad(elasticity, system, road, "sphere", friction, reach=0.15 * R)
+    system = elasticity.system(load, support)
+    return BodyOnRoad(system, "sphere", road, friction=friction, reach=0.15 * R)
 
 
 def order_of(sizes: Any, errors: Any) -> float:

@@ -89,13 +89,7 @@ def linear_twin(pressed, solution):
     for node in held:
         support.fix_node(int(node), y=-body.coordinates[node, 1])
     load = pressed.elasticity.total_force("top", (0.0, -P))
-    twin = BodyOnRoad(
-        pressed.elasticity,
-        support.apply(pressed.elasticity.stiffness(), load),
-        Plane((0.0, -R)),
-        "arc",
-        reach=1.3 * R,
-    )
+    twin = BodyOnRoad(pressed.elasticity.system(load, support), "arc", Plane((0.0, -R)), reach=1.3 * R)
     return twin.problem
 
 

@@ -48,8 +48,8 @@ def pressed_cylinder(refinements, friction=mu, part=1.0):
     body = Body.from_grid(half_cylinder_nested(R, inner_half_width=0.1 * R * size), refinements)
     elasticity = Elasticity(body, Isotropic(E, nu))
     support = Support(body).platen("top").fix("top", x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -part * P)))
-    pressed = BodyOnRoad(elasticity, system, Plane(), "arc", friction, reach=0.2 * R * size)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -part * P)), support)
+    pressed = BodyOnRoad(system, "arc", Plane(), friction=friction, reach=0.2 * R * size)
     assembly_seconds += perf_counter() - began
     return pressed
 

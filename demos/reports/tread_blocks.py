@@ -45,8 +45,8 @@ def tread(dim, spacing, material, road, refinements=0):
     elasticity = Elasticity(body, material, mean_dilatation=True)
     held = {"x": 0.0} if dim == 2 else {"x": 0.0, "y": 0.0}
     load = elasticity.total_force("top", -np.eye(dim)[-1])
-    system = Support(body).platen("top").fix("top", **held).apply(elasticity.stiffness(), load)
-    return BodyOnRoad(elasticity, system, road, "bottom", mu)
+    system = elasticity.system(load, Support(body).platen("top").fix("top", **held))
+    return BodyOnRoad(system, "bottom", road, friction=mu)
 
 
 # %%

@@ -23,9 +23,6 @@ from model.results.road_surface import write_road
 class BodyOnRoad:
     """A body whose boundary may touch a road.
 
-    `BodyOnRoad(elasticity, system, road, boundary, friction, reach)` does the same for a system
-    that `forms.Support.apply` has made.
-
     Parameters
     ----------
     system : forms.System
@@ -74,18 +71,15 @@ class BodyOnRoad:
         system: Any,
         facets: Any,
         road: Any,
-        *more: Any,
         friction: FrictionLaw | float | None = None,
         reach: float | None = None,
         interference: bool = False,
     ):
-        self.elasticity: Any = None
-        rest = list(more)
-        if hasattr(system, "stiffness"):
-            self.elasticity, system, facets = system, facets, rest.pop(0)
-            system.stress = self.elasticity.stress if system.stress is None else system.stress
-            system.axisymmetric = self.elasticity.axisymmetric
-        friction, reach = rest + [friction, reach][len(rest) :]
+        if not hasattr(system, "candidates"):
+            raise ValueError(
+                f"The system is of type {type(system).__name__}; give what forms.assemble(...) or "
+                "elasticity.system(load, support) returns."
+            )
         if isinstance(road, list | tuple):
             raise ValueError("The road is a list; give geometry.SeveralRoads(...) of the roads in it.")
         nodes, area = system.candidates(facets)
@@ -111,6 +105,11 @@ class BodyOnRoad:
             )
         else:
             self.problem = SharedProblem(*arrays, system.prolongations, system.exchanges, system.ids)
+
+    @property
+    def elasticity(self) -> Any:
+        """The ready-made forms (`forms.Elasticity`) that made the system, or None."""
+        return self.system.elasticity
 
     @property
     def mesh(self) -> Any:

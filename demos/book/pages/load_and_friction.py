@@ -22,7 +22,7 @@ warnings.simplefilter("ignore", BeyondLinear)  # said below
 STEPS, MUS = 20, (0.1, 0.2, 0.3, 0.5, 0.8)
 body = Body.from_grid(half_cylinder(10.0))
 elasticity = Elasticity(body, Isotropic(210e3, 0.3))
-system = Support(body).platen("top").apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
+system = elasticity.system(elasticity.total_force("top", (0.0, -1e4)), Support(body).platen("top"))
 push, pull = system.load, system.reduce(elasticity.total_force("top", (0.9e4, 0.0)))
 parts = np.arange(1, STEPS + 1) / STEPS
 PATHS = {  # of the full push and pull, step by step
@@ -30,7 +30,7 @@ PATHS = {  # of the full push and pull, step by step
     "press, then pull": [(min(2 * part, 1.0), max(2 * part - 1.0, 0.0)) for part in parts],
     "press and pull together": [(part, part) for part in parts],
 }
-contacts = {mu: BodyOnRoad(elasticity, system, Plane(), "arc", friction=mu, reach=2.0) for mu in MUS}
+contacts = {mu: BodyOnRoad(system, "arc", Plane(), friction=mu, reach=2.0) for mu in MUS}
 order = np.argsort(contacts[MUS[0]].points[:, 0])
 middle = body.coordinates[body.cells].mean(axis=1)
 shown = body.cells[(abs(middle[:, 0]) < 1.5) & (middle[:, 1] < 1.2)]

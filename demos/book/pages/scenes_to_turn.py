@@ -74,8 +74,8 @@ def show(name, contact, solution, colour, camera, words):
 # %% tags=["remove-input", "remove-stderr"]
 elasticity = Elasticity(Body.from_grid(half_ball(10.0, "half"), 1), Isotropic(210e3, 0.3))
 support = Support(elasticity.body).platen("top").fix("y0", y=0.0).fix("top", x=0.0)
-system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, 0.0, -7.5e3)))
-ball = BodyOnRoad(elasticity, system, Plane((0, 0, 0), (0, 0, 1)), "sphere", reach=2.0)
+system = elasticity.system(elasticity.total_force("top", (0.0, 0.0, -7.5e3)), support)
+ball = BodyOnRoad(system, "sphere", Plane((0, 0, 0), (0, 0, 1)), reach=2.0)
 answer = solve(ball.problem)
 show(
     "ball",
@@ -97,8 +97,8 @@ x = np.linspace(-20, 40, 241)
 waves = ExtrudedRoad(LinearRoad(x, 0.25 * np.cos(2 * np.pi * x / 10) - 0.25))
 elasticity = Elasticity(Body.from_grid(box(20.0, 10.0, 6.0, 32, 10, 8)), Isotropic(5.0, 0.4))
 support = Support(elasticity.body).platen("top").fix("top", x=0.0, y=0.0)
-system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, 0.0, -0.2 * 200)))
-block = BodyOnRoad(elasticity, system, waves, "bottom", friction=0.5)
+system = elasticity.system(elasticity.total_force("top", (0.0, 0.0, -0.2 * 200)), support)
+block = BodyOnRoad(system, "bottom", waves, friction=0.5)
 answer = solve(block)
 show(
     "block",

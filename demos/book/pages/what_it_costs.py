@@ -25,8 +25,8 @@ def cylinder(refinements, friction=None):
     body = Body.from_grid(half_cylinder_nested(10.0), refinements)
     elasticity = Elasticity(body, Isotropic(210e3, 0.3))
     support = Support(body).platen("top").fix("top", x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -1e4)))
-    return BodyOnRoad(elasticity, system, Plane(), "arc", friction, reach=3.0)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -1e4)), support)
+    return BodyOnRoad(system, "arc", Plane(), friction=friction, reach=3.0)
 
 
 def table(rows, headers):

@@ -129,7 +129,7 @@ def _built(number: int, words: dict[str, Any], random: np.random.Generator) -> S
     support, K = _support(words, elasticity, K, random)
     load = _load(words, elasticity, random)
     system = support.apply(K, load)
-    pressed = BodyOnRoad(elasticity, system, road, names, words["friction"])
+    pressed = BodyOnRoad(system, names, road, friction=words["friction"])
     return Scene(number, words, pressed, load, road, words["road"] != "plane", elasticity, support)
 
 

@@ -61,7 +61,7 @@ def one_candidate(P, mu):
     lowest = grid.points[:, 1] == 0
     grid.points[lowest, 1] += 0.1 * np.abs(grid.points[lowest, 0] - 0.5)
     scene = pressed(grid, Isotropic(1.0, 0.3), force=(0.0, -P), friction=mu)
-    near = BodyOnRoad(scene.elasticity, scene.system, scene.road, "bottom", mu, reach=1e-3)
+    near = BodyOnRoad(scene.system, "bottom", scene.road, friction=mu, reach=1e-3)
     solution = solve(near.problem, "direct", tolerance=1e-12)
     return max(
         deviation(solution.pressure_force, [P], P), certificate(near.problem, solution)

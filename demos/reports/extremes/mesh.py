@@ -64,8 +64,8 @@ def one_cell(cell, mu):
     top = body.coordinates[:, 1] == 1.0
     load[top, 1] = -1e-3 / top.sum()
     support = Support(body).fix_node(body.nearest_node((0.0, 0.0)), x=0.0)
-    system = support.apply(elasticity.stiffness(), load)
-    scene = BodyOnRoad(elasticity, system, Plane(), "bottom", mu)
+    system = elasticity.system(load, support)
+    scene = BodyOnRoad(system, "bottom", Plane(), friction=mu)
     solution = solve(scene.problem, "direct", tolerance=1e-12)
     x = body.coordinates[scene.nodes, 0]
     shares = np.array([0.5, 0.5]) if cell == "quadrilateral" else 1.0 - x
@@ -106,8 +106,8 @@ def in_space(aspect, cell):
     body = Body.from_grid(box(aspect, aspect, 1.0, 3, 3, 3, cell))
     elasticity = Elasticity(body, Isotropic(1.0, 0.0))
     load = elasticity.total_force("top", (0.0, 0.0, -1e-3 * aspect**2))
-    system = Support(body).platen("top").fix("top", x=0.0, y=0.0).apply(elasticity.stiffness(), load)
-    scene = BodyOnRoad(elasticity, system, Plane((0.0,) * 3, (0.0, 0.0, 1.0)), "bottom")
+    system = elasticity.system(load, Support(body).platen("top").fix("top", x=0.0, y=0.0))
+    scene = BodyOnRoad(system, "bottom", Plane((0.0,) * 3, (0.0, 0.0, 1.0)))
     solution = solve(scene.problem, "direct", tolerance=1e-12)
     return deviation(scene.pressure(solution), np.full(scene.nodes.size, 1e-3)), solution.residual
 
@@ -119,8 +119,8 @@ def a_million():
     body = Body.from_grid(half_cylinder_nested(R), 7)
     elasticity = Elasticity(body, Isotropic(E, 0.3))
     support = Support(body).platen("top").fix("top", x=0.0)
-    system = support.apply(elasticity.stiffness(), elasticity.total_force("top", (0.0, -P)))
-    scene = BodyOnRoad(elasticity, system, Plane(), "arc", reach=0.3 * R)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -P)), support)
+    scene = BodyOnRoad(system, "arc", Plane(), reach=0.3 * R)
     assert scene.problem.b.size > 1_000_000
     solution = solve(scene.problem, "multigrid", tolerance=1e-10)
     return abs(scene.pressure(solution).max() / HertzCylinder(P, R, E, 0.3).p0 - 1), solution.residual

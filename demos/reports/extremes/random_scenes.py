@@ -174,8 +174,8 @@ def body():
     mesh = Body.from_grid(rectangle(1.0, 1.0, 2, 2))
     elasticity = Elasticity(mesh, Isotropic(1.0, 0.3))
     load = elasticity.total_force("top", (0.0, -0.1))
-    system = Support(mesh).fix("top", x=0.0).apply(elasticity.stiffness(), load)
-    problem = BodyOnRoad(elasticity, system, Plane(), "bottom", 0.3).problem
+    system = elasticity.system(load, Support(mesh).fix("top", x=0.0))
+    problem = BodyOnRoad(system, "bottom", Plane(), friction=0.3).problem
     return elasticity, problem, MovingBody.from_forms(elasticity, 1.0, load, Plane(), "bottom")
 
 

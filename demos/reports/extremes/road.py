@@ -87,7 +87,7 @@ def a_gap(gap):
 def no_normal(normal):
     """Roads without a direction."""
     scene = cylinder()
-    near = BodyOnRoad(scene.elasticity, scene.system, Plane((0.0, 0.0), normal), "arc")
+    near = BodyOnRoad(scene.system, "arc", Plane((0.0, 0.0), normal))
     return 0.0, solve(near.problem).residual
 
 

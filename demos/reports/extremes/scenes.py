@@ -55,9 +55,9 @@ def pressed(
         load = elasticity.total_force("top", Q @ force if turn else force)
         if held and platen:
             support.fix("top", x=0.0)
-    system = support.apply(elasticity.stiffness(), load)
+    system = elasticity.system(load, support)
     road = Plane(np.asarray(shift) - gap * Q[:, 1], Q[:, 1])
-    return BodyOnRoad(elasticity, system, road, boundary, friction)
+    return BodyOnRoad(system, boundary, road, friction=friction)
 
 
 def cylinder(R=1.0, E=1.0, nu=0.3, load=5e-3, friction=None, columns=16, layers=8, **options):
