@@ -111,6 +111,10 @@ class RigidModes:
         N, d = self.coordinates.shape
         return self.modes.reshape(N, d, -1)[nodes]
 
+    def part_of(self, u: np.ndarray) -> np.ndarray:
+        """The rigid part (N, d) of a displacement (N, d)."""
+        return (self.modes @ (self.modes.T @ u.ravel())).reshape(u.shape)
+
     def require_balance(self, b: np.ndarray, normal: np.ndarray, mu: float, tolerance: float) -> None:
         """Refuse a load (N, d) that the road, with normals (n, d), cannot balance on the modes.
 
@@ -129,14 +133,14 @@ class RigidModes:
             )
 
     def landing(self, b: np.ndarray, normal: np.ndarray, mu: float, gap: np.ndarray) -> np.ndarray:
-        """Amplitudes (m,) of the modes by which the load (N, d) moves the body, were it rigid, to rest.
+        """The motion (N, d) by which the load (N, d) would bring the body to rest, were it rigid.
 
         The body goes the way that the nodes on the road leave it, until the next arrives (gradient
         projection, J. B. Rosen, J. SIAM 8 (1960) 181).
         """
         amplitudes, height = np.zeros(self.count), float(gap.max(initial=0.0))
         if height <= 0.0:
-            return amplitudes
+            return np.zeros_like(b)
         work, rise = self._work(normal, mu), self._work(normal, 0.0)
         for _ in range(LANDINGS):
             near = np.tile(gap <= SEEN * height, len(work) // gap.size)
@@ -148,7 +152,7 @@ class RigidModes:
             time = float(np.min(np.maximum(gap[falls], 0.0) / -speed[falls]))
             amplitudes += time * left
             gap = gap + time * speed
-        return amplitudes
+        return (self.modes @ amplitudes).reshape(b.shape)
 
     def loose(self, frame: np.ndarray, status: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Amplitudes (m, z) of the modes that leave in place all nodes that press on the road.

@@ -286,19 +286,27 @@ class ContactSolver:
         loop.prescribe(load, u)
         self._require_room(u, gap, normal)
         loop.slip_rate, first = slip_rate, loop.sweeps
-        loop.set_load(load, gap, reference, state)
+
+        def aim(base: np.ndarray, rest: np.ndarray) -> None:
+            at = base[loop.nodes]
+            loop.set_load(rest, gap_at(gap, loop.normal, at), reference - at, state)
+
+        base = self.rigid.part_of(u)  # carried apart: A does not resist it, but would round it
+        u -= base
+        aim(base, load)
         status = loop.start(u, start_status)
+        if self.rigid.count and not status.any():
+            mu, gaps = problem.friction_coefficient, loop.gaps(u, status)
+            base += self.rigid.landing(load, loop.frame[:, 0], mu, gaps)
+            aim(base, load)
+            status = loop.start(u, status)
         record = self._record(u, status, first, tolerance, limit)
         self.correction.solve(u, status, record)
-        base = np.zeros_like(u)
+        bent, load_size = np.zeros_like(u), loop.load_size
         while record.rounded:
-            base, before = base + u, record.history
-            loop.set_load(
-                missing_at(problem.A, load, base),
-                gap_at(gap, loop.normal, base[loop.nodes]),
-                reference - base[loop.nodes],
-                state,
-            )
+            bent, base, before = bent + (u - self.rigid.part_of(u)), base + u, record.history
+            aim(base, missing_at(problem.A, load, bent))
+            loop.load_size = load_size
             u[:] = 0.0
             status[:] = loop.start(u, status)
             record = self._record(u, status, first, tolerance, limit, before)

@@ -27,7 +27,7 @@ from scipy.linalg import qr
 from scipy.sparse import bsr_array, csc_array, diags_array
 
 from model.node_loop.blocks import FUSED
-from model.node_loop.contact_sweep import FREE, SLIP, STICK, place_all_on_surface
+from model.node_loop.contact_sweep import FREE, place_all_on_surface
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import SEEN, RigidModes, determinate_unknowns, motions_of_each_body, parts
 from model.solvers.convergence_record import Record
@@ -38,7 +38,7 @@ HARD = 1e4  # times the softest unknown; it costs as many digits as it has
 SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
 IDLE = 8  # cycles without progress that are enough: each is exact but for rounding,
 FALL = 0.5  # so that one which does not halve the residual is none
-NEAR = 1e-6  # of the largest gap: who is so near to the road once the body has landed may touch
+NEAR = 1e-6  # of the largest gap: who is so near to the road, once the body has landed, may touch
 NOBODY = np.zeros(0, dtype=np.int64)
 MEMORY = 2**27  # bytes that whole columns of A^-1 may take
 
@@ -158,7 +158,7 @@ class Condensation:
         Each cycle asks only for what is still missing, so that the next makes good what rounding spoilt, and
         more of the small problem: what little holds a body magnifies what that one leaves.
         """
-        loop, record.patience, record.fall = self.loop, IDLE, FALL
+        loop, record.patience, record.fall, record.idle = self.loop, IDLE, FALL, 0
         while not record.finished(loop.residual(u, status)):
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]
@@ -192,7 +192,8 @@ class Condensation:
         selected = np.zeros(status.size, dtype=np.bool_)
         selected[self._anchors] = True
         if self.rigid.count and not status.any():
-            self._land(u, status, r, selected)
+            gaps = loop.gaps(u, status)
+            selected |= gaps <= NEAR * max(gaps.max(), 0.0)
         free = self.back_substitute(r)
         power = self._seen.T @ (self.shapes.T @ r.ravel()) if self.pins.size else self._nothing
         gap, after = np.empty(status.size), np.empty(status.size)
@@ -229,15 +230,6 @@ class Condensation:
         if pins.size:
             u += (self.shapes @ pins).reshape(u.shape)
         place_all_on_surface(contact, u, status)
-
-    def _land(self, u: np.ndarray, status: np.ndarray, r: np.ndarray, selected: np.ndarray) -> None:
-        """Move a body that nothing holds to where the load r (N, d) takes it as a rigid body, and touches."""
-        loop, rigid, nowhere = self.loop, self.rigid, np.zeros(selected.size)
-        mu = 0.0 if loop.friction is None else loop.friction.coefficient
-        gap = loop.gaps(u, nowhere)
-        u += (rigid.modes @ rigid.landing(r, loop.frame[:, 0], mu, gap)).reshape(u.shape)
-        near = loop.gaps(u, nowhere) <= NEAR * max(gap.max(), 0.0)
-        selected[near], status[near] = True, SLIP if loop.friction is None else STICK
 
     def _set_up(self, active: np.ndarray) -> np.ndarray:
         """Set up the small problem of the given candidates, unless it is; return them."""

@@ -6,7 +6,8 @@ Each round: the loop sweeps the finest mesh and decides contact, stick and slip;
 preconditioned by one V-cycle then solve for the unknowns that are linear at present (free nodes whole, slip
 nodes along the surface, their friction force held); nodes that would penetrate are put back on the road.
 Coarse matrices are truncated where the finest mesh is held, and repaired only around nodes whose status
-changed. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the paper's loop as the non-linear
+changed. Where the residual falls no further, as with much friction it may, the problem is condensed onto its
+candidates and solved as by `direct`. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the paper's loop as the non-linear
 smoother.
 """
 
@@ -46,7 +47,7 @@ UNSTEADY = (
     0.3  # part of the defect that corrections leave while the contact set changes; 0.1 and 0.2 cost more
 )
 FORCING = 1.5  # inexact Newton: R. S. Dembo, S. C. Eisenstat, T. Steihaug, SIAM J. Numer. Anal. 19 (1982)
-PATIENCE = 8  # rounds in which the residual need not fall
+PATIENCE = 8  # rounds in which the residual need not fall; then the problem is condensed
 KRYLOV = 30  # cycles in one correction at most
 GUESSES = 30  # rounds on a coarser mesh at most
 NESTED = 1e-1  # natural residual to which coarser meshes solve for a first guess
@@ -275,6 +276,7 @@ class Multigrid:
         self.zero, self.x, self.direction, self.product = (np.zeros(loop.shape) for _ in range(4))
         self.best = np.zeros(loop.shape)
         self._defect = defect(d)
+        self._condensed: Condensation | None = None
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Solve the problem the loop is aimed at, from an admissible u (N, d) and status (n,), in place.
@@ -282,10 +284,9 @@ class Multigrid:
         Coarser meshes, where there are any, first correct u as far as they can (nested iteration).
         """
         loop = self.loop
-        self._land(u, status)
         if self.coarser is not None and loop.residual(u, status) > record.tolerance:
             self.coarser.first_guess(loop, u, status, record)
-        best, best_status, idle, sweeps, steady, turned = np.inf, status.copy(), 0, 1, 0, False
+        best, best_status, idle, steady, turned = np.inf, status.copy(), 0, 0, False
         while True:
             if not turned:  # else what the others did belongs to a slip that has been stopped since
                 loop.sweep(u, status)
@@ -293,37 +294,30 @@ class Multigrid:
             if record.finished(residual):
                 return
             if residual < best:
-                best, idle, sweeps = residual, 0, 1
+                best, idle = residual, 0
                 self.best[:], best_status[:] = u, status
-            elif idle < PATIENCE or loop.friction is None:
+            elif idle < PATIENCE:
                 idle += 1
-            else:  # the corrections lead nowhere: back to the best, and let the loop go on alone for longer
+            else:  # the corrections lead nowhere
                 u[:], status[:] = self.best, best_status
-                loop.sweep(u, status, sweeps)
-                best, idle, sweeps = loop.residual(u, status), 0, min(4 * sweeps, 1024)
+                self._direct().solve(u, status, record)
+                return
             self._linearise(u, status)
             rubs = self.rubs
             with supported(self.cycle.levels[0], loop.nodes[rubs], self.support[rubs]):
                 steady = 0 if self._truncate(status) else steady + 1
-                turned = self._correct(u, status, record, steady, 1.0 / (1 + idle // 2))
+                turned = self._correct(u, status, record, steady)
 
-    def _land(self, u: np.ndarray, status: np.ndarray) -> None:
-        """Move a body that nothing holds and nothing touches to where its load takes it as a rigid body."""
-        loop, rigid = self.loop, self.rigid
-        if rigid.count and not status.any():
-            mu = 0.0 if loop.friction is None else loop.friction.coefficient
-            r = np.empty(loop.shape)
-            self._defect(loop.A, loop.b, u, r)
-            amplitudes = rigid.landing(r, loop.frame[:, 0], mu, loop.gaps(u, status))
-            u += (rigid.modes @ amplitudes).reshape(u.shape)
-            place_on_road(loop, u, status)
+    def _direct(self) -> Condensation:
+        """Factorise the matrix, once, with a unit diagonal where truncation left nothing."""
+        if self._condensed is None:
+            self._condensed = condensation(self.loop, self.rigid.coordinates)
+        return self._condensed
 
-    def _correct(
-        self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, damping: float
-    ) -> bool:
+    def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int) -> bool:
         """Solve for the unknowns that are linear at present, to a third while the contact set still changes.
 
-        Damped where sets flip. Return whether slip would have turned round, and was stopped.
+        Return whether slip would have turned round, and was stopped.
         """
         loop, r, x = self.loop, self.loop.R, self.x
         scale = loop.load_size + float(np.linalg.norm(loop.force))
@@ -331,14 +325,11 @@ class Multigrid:
         kernel = self._free_modes()
         if kernel.shape[1]:
             drive = kernel.T @ r.ravel()
-            if np.linalg.norm(drive) > BALANCE * scale:
-                if self._follow_to_next_node((kernel @ drive).reshape(x.shape), u, status):
-                    return False
-                if loop.friction is None:
-                    record.give_up("the load drives the body along a rigid motion that nothing stops")
-                if record.idle > PATIENCE:
-                    record.give_up("the body slides: what holds it slips, and the load drives it on")
-            r -= (kernel @ drive).reshape(r.shape)
+            motion = (kernel @ drive).reshape(r.shape)
+            driven = np.linalg.norm(drive) > BALANCE * scale
+            if driven and self._follow_to_next_node(motion, u, status):
+                return False
+            r -= motion
         residual = record.history[-1]
         if steady == 0:
             part = UNSTEADY
@@ -355,7 +346,7 @@ class Multigrid:
             np.negative(self.product, out=self.product)
             projected_search(loop.A, r, x, self.product, loop.contact, u, status)
             return False
-        u += damping * x
+        u += x
         turned = stop_slip_that_turned(loop, u, status)
         place_on_road(loop, u, status)
         return turned
@@ -389,6 +380,8 @@ class Multigrid:
     def update_normals(self) -> None:
         """Follow the loop's new normals: what is held must be held anew."""
         self.status[self.held] = -1
+        if self._condensed is not None:
+            self._condensed.update_normals()
         if self.coarser is not None:
             self.coarser.update_normals(self.loop)
 
@@ -548,14 +541,6 @@ class CoarserMesh:
         if self.correction is not None:
             self.correction.update_normals()
 
-    def _direct(self) -> Condensation:
-        """Factorise the coarsest matrix, with a unit diagonal where truncation left nothing."""
-        loop = self.loop
-        A = bsr(loop.A)
-        empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
-        A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
-        return Condensation(A, loop, RigidModes(A, self.coordinates, loop.nodes))
-
     def first_guess(self, fine: NodeLoop, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Correct u (N, d) and status (n,) of the fine mesh by the coarser solution."""
         level, coarse = self.level, self.loop
@@ -569,7 +554,7 @@ class CoarserMesh:
         e = np.zeros(coarse.shape)
         in_contact = coarse.start(e, status[self.copies])
         if self.correction is None:
-            self.correction = self._direct()
+            self.correction = condensation(coarse, self.coordinates)
         with suppress(NotConverged):  # a guess is a guess
             # the coarsest answer is exact: it must have found the nodes that hold the body
             wanted = max(NESTED, record.tolerance) if isinstance(self.correction, Multigrid) else 1e-6
@@ -585,6 +570,14 @@ class CoarserMesh:
             self.between & (arrived == 0.0), np.where(stuck, Status.STICK, Status.SLIP), Status.FREE
         )
         place_on_road(fine, u, status)
+
+
+def condensation(loop: NodeLoop, coordinates: np.ndarray) -> Condensation:
+    """The correction `direct` of a loop on a mesh, with a unit diagonal where truncation left nothing."""
+    A = bsr(loop.A)
+    empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
+    A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
+    return Condensation(A, loop, RigidModes(A, coordinates, loop.nodes))
 
 
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidModes) -> Multigrid:

@@ -100,6 +100,7 @@ def complaints(posed: Posed, answer: Answer) -> list[str]:
     unbalanced = motions.T @ np.where(fixed, 0.0, forces).ravel()
     entries = np.abs(motions).T @ rounding.ravel()  # A resists rigid motions by the rounding of its entries
     off = np.abs(unbalanced) - entries
+    missing = missing + (motions @ (unbalanced - motions.T @ missing.ravel())).reshape(u.shape)
     check("forces and moments of the whole off by", off.max(initial=0.0), TOLERANCE * size)
 
     p = np.einsum("ca,ca->c", f, n)
