@@ -7,8 +7,8 @@ preconditioned by one V-cycle then solve for the unknowns that are linear at pre
 nodes along the surface, their friction force held); nodes that would penetrate are put back on the road.
 Coarse matrices are truncated where the finest mesh is held, and repaired only around nodes whose status
 changed. Where the residual falls no further, as with much friction it may, the problem is condensed onto its
-candidates and solved as by `direct`. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the paper's loop as the non-linear
-smoother.
+candidates and solved as by `direct`. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the
+paper's loop as the non-linear smoother.
 """
 
 from collections.abc import Iterator, Sequence
