@@ -24,21 +24,17 @@ from model import (
 )
 
 
-def value(law, *arguments):
-    return law.bound.ctypes(*arguments)
-
-
 def test_laws_by_their_formulas():
-    assert value(coulomb(0.4), 10.0, 1.0, 0.0) == 4.0
+    assert coulomb(0.4)(10.0, 1.0, 0.0) == 4.0
     law = static_kinetic(0.5, 0.3)
-    assert [value(law, 10.0, 0.0, 0.0), value(law, 10.0, 1.0, 0.0), value(law, 10.0, 0.0, 1.0)] == [
+    assert [law(10.0, 0.0, 0.0), law(10.0, 1.0, 0.0), law(10.0, 0.0, 1.0)] == [
         5.0,
         3.0,
         3.0,
     ]
-    assert value(viscous(0.1, 2.0), 10.0, 3.0, 0.0) == pytest.approx(7.0)
+    assert viscous(0.1, 2.0)(10.0, 3.0, 0.0) == pytest.approx(7.0)
     law = stribeck(0.5, 0.3, 2.0, 0.1)
-    assert value(law, 10.0, 1.0, 0.0) == pytest.approx(10 * (0.3 + 0.2 * np.exp(-0.25)) + 0.1)
+    assert law(10.0, 1.0, 0.0) == pytest.approx(10 * (0.3 + 0.2 * np.exp(-0.25)) + 0.1)
 
 
 @pytest.mark.parametrize(

@@ -73,6 +73,10 @@ class SeveralRoads:
             gap[n], normal[n], foot[n] = self._corner(points[n], tiny)
         return gap, normal, foot
 
+    def which(self, points: np.ndarray) -> np.ndarray:
+        """Return the number (n,) of the road whose surface is nearest to each point (n, dim)."""
+        return np.argmin(np.abs(self._of_each(np.asarray(points, dtype=float))[0]), axis=0)
+
     def _corner(self, point: np.ndarray, tiny: float) -> tuple[float, np.ndarray, np.ndarray]:
         """Find the nearest point that is below no road, by Newton's method on their tangent planes."""
         x = point.copy()
@@ -98,6 +102,10 @@ class SeveralRoads:
 
 class SeveralMovingRoads(SeveralRoads):
     """Several roads, some of which move."""
+
+    def which(self, points: np.ndarray) -> np.ndarray:
+        """Return the number (n,) of the road whose surface is nearest to each point (n, dim) at time 0."""
+        return self.at(0.0).which(points)
 
     def at(self, time: float) -> SeveralRoads:
         """Return the roads where they are at `time`."""

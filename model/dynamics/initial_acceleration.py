@@ -9,6 +9,7 @@ sticks. A node that starts on the road with a velocity into it gets none of that
 is then >= 0.
 """
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -48,15 +49,18 @@ def consistent_acceleration(
     nodes = body.contact_nodes[in_contact]
     epsilon = 2.0**-20 * dt
     leaving = np.maximum(np.einsum("ca,ca->c", normal[in_contact], v[nodes]), 0.0)
+    friction: Any = body.friction
+    law = friction if friction is None else friction.of(in_contact)
     problem = ContactProblem(
-        body.M / epsilon, r, body.coordinates, nodes, normal[in_contact], leaving, body.friction, -v[nodes]
+        body.M / epsilon, r, body.coordinates, nodes, normal[in_contact], leaving, law, -v[nodes]
     )
     solver = ContactSolver(problem, "direct", progress=False)
-    solution = solver.solve(tolerance=1e-12)
-    law = None if problem.friction is None else problem.friction.address  # type: ignore[union-attr]
+    places = body.places(SimpleNamespace(displacement=u))[in_contact]
+    solution = solver.solve(tolerance=1e-12, places=places)
+    address = None if law is None else law.address
     rate = np.empty(in_contact.size)
     change, pushes, decided = solution.displacement, solution.contact_force, solution.status
-    if not confirm_contact(solver.loop.contact, change, pushes, law, decided, rate):
+    if not confirm_contact(solver.loop.contact, change, pushes, address, decided, rate):
         return mass_inverse(body.M, r), force, status
     force[in_contact], status[in_contact] = pushes, decided
     return change / epsilon, force, status

@@ -72,7 +72,7 @@ class MassRedistribution(Midpoint):
             np.maximum(gap, 0.0),
             body.friction,
         )
-        self.solvers["massless"] = StepSolver(problem, "direct", self.tolerance, 1.0 / self.dt)
+        self.solvers["massless"] = StepSolver(problem, "direct", self.tolerance, 1.0 / self.dt, body.places)
 
     def mass(self) -> Any:
         """Return M_r."""

@@ -9,11 +9,12 @@ import numpy as np
 from scipy.sparse import bsr_array, issparse
 
 from model.node_loop.blocks import block_matrix, defect
-from model.node_loop.friction_laws import FrictionLaw, coulomb
+from model.node_loop.friction_laws import as_law
 from model.node_loop.node_loop import uncoupled_unknowns
 from model.problem.contact_problem import length_scale
 from model.problem.linear_limits import LinearLimits
 from model.problem.rigid_modes import rigid_motions
+from model.problem.varying_friction import placed
 
 Load = np.ndarray | Callable[[float], np.ndarray]
 
@@ -41,8 +42,8 @@ class MovingBody:
     C : sparse (N d, N d), optional
         Damping, symmetric and positive semi-definite.
     friction : FrictionLaw, float or None
-        A law, Coulomb's coefficient, or None for a frictionless road. Laws that ask for it get the slip
-        speed.
+        A law, Coulomb's coefficient, or None for a frictionless road; as for `BodyOnRoad` it may vary. Laws
+        that ask for it get the slip speed.
     prolongations : sequence of sparse
         Nested meshes, finest first; for the multigrid correction only.
     node_of : (nodes of the mesh,), optional
@@ -80,7 +81,7 @@ class MovingBody:
     contact_nodes: np.ndarray
     road: Any
     C: Any = None
-    friction: FrictionLaw | float | None = None
+    friction: Any = None
     prolongations: Any = ()
     node_of: np.ndarray | None = None
     motion: Callable[[float], np.ndarray] | None = None
@@ -112,8 +113,7 @@ class MovingBody:
                 "scene with the velocity -v of the body; else prescribe the motion of the body's supports."
             )
         self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
-        if self.friction is not None and not isinstance(self.friction, FrictionLaw):
-            self.friction = coulomb(self.friction)
+        self.friction = as_law(self.friction)
         self._at_rest = self.coordinates[self.contact_nodes]
         self._K, self._C = block_matrix(self.K), None if self.C is None else block_matrix(self.C)
         self._defect = defect(self.dim)
@@ -163,7 +163,7 @@ class MovingBody:
         boundary: str | Sequence[str],
         support: Any = None,
         damping: tuple[float, float] | None = None,
-        friction: FrictionLaw | float | None = None,
+        friction: Any = None,
     ) -> "MovingBody":
         """Assemble mass, stiffness and, if asked for, damping of an elastic body.
 
@@ -195,6 +195,7 @@ class MovingBody:
             )
         if system.M is None:
             raise ValueError("The system has no mass; give forms.assemble(..., mass=m) the form m(u, v).")
+        friction = placed(friction, system, nodes, road)
         tied = len(system.node_of) > len(system.coordinates)
         return cls(
             system.M,
@@ -280,6 +281,11 @@ class MovingBody:
         """Gap (n,) to the road and normal (n, d) of the nodes that may touch, at displacement u (N, d)."""
         gap, normal, _ = self.road.closest(self._at_rest + u[self.contact_nodes])
         return gap, normal
+
+    def places(self, state: Any) -> np.ndarray:
+        """Points (n, d) of the road nearest to the nodes that may touch, at a state of motion."""
+        at = self._at_rest + state.displacement[self.contact_nodes]
+        return np.asarray(self.road.closest(at)[2])
 
     @cached_property
     def size(self) -> float:

@@ -9,6 +9,7 @@ was. So the loop sees forces and small displacements, whatever dt and however fa
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
@@ -142,9 +143,20 @@ class StepSolver:
         rounding causes is good enough.
     slip_rate : float
         1/dt, which makes speeds of slips.
+    places : callable, optional
+        Of the state before the step: points (n, d) of the road at which nodes stick, for friction that
+        depends on them.
     """
 
-    def __init__(self, problem: ContactProblem, correction: str, tolerance: float, slip_rate: float):
+    def __init__(
+        self,
+        problem: ContactProblem,
+        correction: str,
+        tolerance: float,
+        slip_rate: float,
+        places: Callable[[Any], np.ndarray] | None = None,
+    ):
+        self.places = places
         solver = ContactSolver(problem, correction, progress=False)
         self.tolerance, self.slip_rate = tolerance, slip_rate
         self.loop, self.correction, self.take_planes = solver.loop, solver.correction, solver.take_planes
@@ -176,8 +188,11 @@ class StepSolver:
         loop, correction = self.loop, self.correction
         self.take_planes(normal)
         loop.slip_rate = self.slip_rate
-        slipped = None if loop.friction is None else (before.status == Status.SLIP).astype(np.float64)
-        loop.set_load(b, gap, back, slipped)
+        told = None
+        if loop.friction is not None:
+            places = self.places(before) if self.places is not None and loop.friction.by_place else None
+            told = loop.told((before.status == Status.SLIP).astype(np.float64), places)
+        loop.set_load(b, gap, back, told)
         e, status, cycles = np.zeros(loop.shape), before.status.copy(), 0
         if isinstance(correction, Condensation):
             correction.improve(e, status, b.copy(), 0.1 * self.tolerance)
@@ -270,7 +285,7 @@ class TimeIntegrator(ABC):
             body.friction if friction else None,
             prolongations=body.prolongations,
         )
-        return StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt)
+        return StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt, body.places)
 
     def start(self, displacement: np.ndarray | None = None, velocity: np.ndarray | None = None) -> State:
         """Return the state at time 0, with accelerations and contact forces in keeping with it.

@@ -196,7 +196,7 @@ class FiniteMidpoint(Midpoint):
             body.friction,
             prolongations=body.prolongations,
         )
-        return StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt)
+        return StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt, body.places)
 
     def _contact_work(self, touch: Touch, change: np.ndarray, before: State) -> Work:
         """Work and impulse of the contact forces of a step."""
@@ -361,7 +361,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
         problem = ContactProblem(
             own, np.zeros((n, d)), body.coordinates[nodes], np.arange(n), normal, np.zeros(n), body.friction
         )
-        return StepSolver(problem, "direct", self.tolerance, 1.0 / self.dt)
+        return StepSolver(problem, "direct", self.tolerance, 1.0 / self.dt, body.places)
 
 
 def _blocks(A: bsr_array, nodes: np.ndarray) -> Any:

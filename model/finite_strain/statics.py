@@ -221,7 +221,9 @@ class FiniteContact:
             self.problem.friction,
             prolongations=self.problem.prolongations,
         )
-        solver = StepSolver(problem, self.correction, 0.1 * self.tolerance, 1.0)
+        road, points = self.contact.road, self._points(u) + back
+        places = lambda before: road.closest(points)[2]  # noqa: E731
+        solver = StepSolver(problem, self.correction, 0.1 * self.tolerance, 1.0, places)
         return solver.solve(b, gap, normal, back, SimpleNamespace(status=status))  # type: ignore[arg-type]
 
     def _definite(self, A: Any, normal: np.ndarray, status: np.ndarray) -> Any:

@@ -36,7 +36,8 @@ class Candidates(NamedTuple):
     block : (n, d, d) the node's diagonal block of A in that frame
     gap : (n,) distance to the road at zero displacement
     reference : (n, d - 1) tangential displacement at which the node sticks, in its frame
-    state : (n,) 1.0 where the node slipped at the end of the last step, for friction laws that ask
+    state : (n, 1 + m) what friction laws are told of the node: 1.0 where it slipped at the end of the last
+        step, then the law's m parameters
     """
 
     nodes: np.ndarray

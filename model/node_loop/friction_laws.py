@@ -2,24 +2,35 @@
 
 A law is one small compiled function
 
-    bound(pressure, slip, state) -> largest tangential force,
+    bound(pressure, slip, node) -> largest tangential force,
 
 with `pressure` the nodal contact force (>= 0), `slip` the length of the node's slip in the step, times the
-`slip_rate` of the solve (1 for increments; 1/dt turns it into a speed), and `state` 1.0 where the node was
-slipping at the end of the last step, else 0.0. A node sticks while its tangential force stays below bound(p,
-0, state); otherwise it slips, and the force equals bound(p, slip, state) and opposes the slip. The loop calls
-laws through their address: one compiled loop serves them all, and a frictionless scene compiles none of it.
+`slip_rate` of the solve (1 for increments; 1/dt turns it into a speed), and `node` what the law is told of
+the node: first its state, 1.0 where it was slipping at the end of the last step, else 0.0, then the law's
+parameters there. A node sticks while its tangential force stays below bound(p, 0, node); otherwise it slips,
+and the force equals bound(p, slip, node) and opposes the slip. The loop calls laws through their address:
+one compiled loop serves them all, and a frictionless scene compiles none of it.
+
+A parameter is a number; an array (n,), one value a candidate; or a function of places (n, d) that returns
+that: of the points of the road at which nodes stick as a step begins, for a road that moves as they lie at
+time 0. Where a body meets a road, it may also be {boundary: value}, a node of several boundaries having the
+first of them, or for `SeveralRoads` a list, one value a road; see `model.problem.varying_friction`.
 """
 
+from collections.abc import Callable
+from ctypes import POINTER, c_double
 from functools import cache
-from math import exp, isfinite
+from inspect import signature
+from math import exp
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
-from numba import cfunc, types
+from numba import carray, cfunc, njit, types
 from numba.extending import intrinsic
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
-SIGNATURE = "float64(float64, float64, float64)"
+SIGNATURE = "float64(float64, float64, CPointer(float64))"
 
 
 class FrictionLaw:
@@ -28,24 +39,23 @@ class FrictionLaw:
     Parameters
     ----------
     bound : callable
-        The compiled function `bound(pressure, slip, state)`, as made by `friction_law`.
+        The compiled function `bound(pressure, slip, node)`, as made by `friction_law`.
     name : str
         How reports call it.
-    coefficient : float
-        The coefficient at rest, tau / p; it decides whether friction can hold a body.
+    **parameters : float, array (n,), or callable of places
+        First the coefficient at rest, tau / p, which decides whether friction can hold a body.
 
     Examples
     --------
     >>> from model import coulomb
     >>> law = coulomb(0.5)
-    >>> law, law.coefficient, law.bound.ctypes(10.0, 0.0, 0.0)  # 10 N of pressure, no slip
-    (Coulomb(mu=0.5), 0.5, 5.0)
+    >>> law, law(10.0)  # of 10 N of pressure
+    (Coulomb(mu=0.5), 5.0)
     """
 
-    def __init__(self, bound: Any, name: str, coefficient: float):
-        self.bound = bound
-        self.name = name
-        self.coefficient = coefficient
+    def __init__(self, bound: Any, name: str, **parameters: Any):
+        self.bound, self.name = bound, name
+        self.parameters = {key: _checked(key, value) for key, value in parameters.items()}
 
     @property
     def address(self) -> int:
@@ -55,36 +65,97 @@ class FrictionLaw:
         """
         return self.bound.address
 
+    @property
+    def by_place(self) -> bool:
+        """Whether a parameter is a function of places."""
+        return any(callable(value) for value in self.parameters.values())
+
+    def with_each(self, change: Callable[[Any], Any]) -> "FrictionLaw":
+        """Return the law with each parameter changed by a function."""
+        return FrictionLaw(self.bound, self.name, **{k: change(v) for k, v in self.parameters.items()})
+
+    def of(self, numbers: np.ndarray) -> "FrictionLaw":
+        """Return the law of some of the candidates (k,)."""
+        return self.with_each(lambda value: value[numbers] if isinstance(value, np.ndarray) else value)
+
+    def nodes(self, slipped: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
+        """Return what the law is told of the candidates, (n, 1 + parameters).
+
+        Parameters
+        ----------
+        slipped : (n,)
+            1 where a node slipped at the end of the last step.
+        places : (n, d), optional
+            Where nodes stick; needed where a parameter is a function of that.
+
+        Raises
+        ------
+        ValueError
+            If a parameter has another number of values, or one that is negative or not finite.
+        """
+        rows = np.empty((len(slipped), 1 + len(self.parameters)))
+        rows[:, 0] = slipped
+        for column, (name, value) in enumerate(self.parameters.items(), start=1):
+            if callable(value):
+                value = _checked(name, np.asarray(value(places), dtype=np.float64))
+            elif isinstance(value, dict | list):
+                raise ValueError(
+                    f"{name} is {value!r}, by boundaries or by roads, which BodyOnRoad knows; give a number, "
+                    "an array with one value a candidate, or a function of places."
+                )
+            if np.ndim(value) and np.shape(value) != (len(slipped),):
+                raise ValueError(
+                    f"{name} has the shape {np.shape(value)}, but {len(slipped)} nodes may touch; "
+                    "give one value for each, or one for all."
+                )
+            rows[:, column] = value
+        return rows
+
+    def __call__(self, pressure: float, slip: float = 0.0, slipped: float = 0.0) -> float:
+        """Return the largest tangential force on one node; `slipped` is 1 where it did in the last step."""
+        node = self.nodes(np.array([slipped]))
+        return self.bound.ctypes(pressure, slip, node.ctypes.data_as(POINTER(c_double)))
+
     def __repr__(self) -> str:
-        """Return the law's name with its coefficients."""
-        return self.name
+        """Return the law's name with its parameters."""
+        return f"{self.name}({', '.join(f'{k}={_short(v)}' for k, v in self.parameters.items())})"
+
+
+def as_law(friction: Any) -> FrictionLaw | None:
+    """Return a law as it is, None as none, and all else as Coulomb's coefficient."""
+    return friction if friction is None or isinstance(friction, FrictionLaw) else coulomb(friction)
 
 
 @intrinsic
-def allowed(typing: Any, address: Any, pressure: Any, slip: Any, state: Any) -> Any:
-    """Call, from compiled code, the law at an address: the largest tangential force."""
+def allowed(typing: Any, address: Any, pressure: Any, slip: Any, node: Any) -> Any:
+    """Call, from compiled code, the law at an address for a row of `FrictionLaw.nodes`."""
     if not isinstance(address, types.Integer):
         return None
-    signature = types.float64(address, types.float64, types.float64, types.float64)
+    call = types.float64(address, types.float64, types.float64, node)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         number = ir.DoubleType()
-        law = builder.inttoptr(arguments[0], ir.FunctionType(number, [number] * 3).as_pointer())
-        return builder.call(law, arguments[1:])
+        kind = ir.FunctionType(number, [number, number, number.as_pointer()])
+        law = builder.inttoptr(arguments[0], kind.as_pointer())
+        row = context.make_array(node)(context, builder, arguments[3])
+        return builder.call(law, [*arguments[1:3], row.data])
 
-    return signature, generate
+    return call, generate
 
 
-def friction_law(function: Any, coefficient: float = 0.0) -> FrictionLaw:
+def friction_law(function: Any, coefficient: Any = 0.0, *parameters: Any) -> FrictionLaw:
     """Turn a user's own function `bound(pressure, slip, state)` into a law.
 
     Parameters
     ----------
     function : callable
-        Plain Python arithmetic on three floats; numba compiles it. Its value must be finite and >= 0, and
-        must not exceed what it is at zero slip by more than the elastic body can follow.
-    coefficient : float
-        Coefficient of friction at rest, used only to judge whether the road can hold the body.
+        Plain Python arithmetic on floats; numba compiles it. Its value must be finite and >= 0, and must not
+        exceed what it is at zero slip by more than the elastic body can follow. A function of more than three
+        arguments gets the coefficient as the fourth, and the parameters after it, each that of the node.
+    coefficient : float, array (n,), or callable of places
+        Coefficient of friction at rest, by which it is judged whether the road can hold the body.
+    *parameters : likewise
+        More parameters of the function.
 
     Returns
     -------
@@ -95,53 +166,92 @@ def friction_law(function: Any, coefficient: float = 0.0) -> FrictionLaw:
     >>> from model import friction_law
     >>> def limited(pressure, slip, state):
     ...     return min(0.5 * pressure, 2.0)  # no more than the material bears
-    >>> friction_law(limited, coefficient=0.5).bound.ctypes(10.0, 0.0, 0.0)
+    >>> friction_law(limited, coefficient=0.5)(10.0)
     2.0
+    >>> def wet(pressure, slip, state, mu, film):  # a film bears a part of the pressure
+    ...     return mu * max(pressure - film, 0.0)
+    >>> law = friction_law(wet, 0.5, lambda x: 2.0 * (x[:, 0] > 1.0))
+    >>> law.nodes(np.zeros(2), np.array([[0.0, 0.0], [3.0, 0.0]])).tolist()
+    [[0.0, 0.5, 0.0], [0.0, 0.5, 2.0]]
     """
-    return FrictionLaw(cfunc(SIGNATURE)(function), getattr(function, "__name__", "friction law"), coefficient)
+    more = list(signature(function).parameters)[3:]
+    wanted = max(len(more) - 1, 0)
+    if len(parameters) != wanted:
+        raise ValueError(
+            f"The function has {wanted} parameters after its coefficient, but {len(parameters)} are given."
+        )
+    values = dict(zip(more or ["coefficient"], (coefficient, *parameters)))
+    count, law = len(more), njit(function)
+
+    @cfunc(SIGNATURE)
+    def bound(pressure, slip, node):
+        row = carray(node, 1 + count)
+        return law(pressure, slip, row[0], *to_fixed_tuple(row[1:], count))
+
+    return FrictionLaw(bound, getattr(function, "__name__", "friction law"), **values)
 
 
-def _checked(**coefficients: float) -> None:
-    for name, value in coefficients.items():
-        if not (isfinite(value) and value >= 0.0):
-            raise ValueError(f"{name} is {value}, but a friction coefficient is a finite number >= 0.")
+def _checked(name: str, values: Any) -> Any:
+    """Return a parameter as float, array, or what is found out later, or refuse it."""
+    if callable(values):
+        return values
+    if isinstance(values, dict):
+        return {key: _checked(name, value) for key, value in values.items()}
+    if isinstance(values, list | tuple):
+        return [_checked(name, value) for value in values]
+    numbers = np.asarray(values, dtype=np.float64)
+    wrong = ~(np.isfinite(numbers) & (numbers >= 0.0))
+    if wrong.any():
+        raise ValueError(
+            f"{name} is {numbers[wrong].ravel()[0]}, but a friction coefficient is a finite number >= 0."
+        )
+    return numbers if numbers.ndim else float(numbers)
 
 
-def coulomb(mu: float) -> FrictionLaw:
+def _require_order(mu_static: Any, mu_kinetic: Any) -> None:
+    known = all(isinstance(mu, int | float | np.ndarray) for mu in (mu_static, mu_kinetic))
+    if known and np.any(np.asarray(mu_kinetic) > mu_static):
+        raise ValueError(f"mu_kinetic is {mu_kinetic}, but it must not exceed mu_static, {mu_static}.")
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"{value.min():g} to {value.max():g}"
+    return f"{value:g}" if isinstance(value, float) else getattr(value, "__name__", str(value))
+
+
+def coulomb(mu: Any) -> FrictionLaw:
     """Coulomb's law, |tau| <= mu p (eq. (7) of the paper).
 
     Parameters
     ----------
-    mu : float
+    mu : float, array (n,), callable of places, {boundary: float}, or list of a float a road
         Coefficient of friction, >= 0.
 
     Raises
     ------
     ValueError
-        If `mu` is negative or not finite.
+        If a coefficient is negative or not finite.
 
     Examples
     --------
     >>> from model import coulomb
-    >>> coulomb(0.3).bound.ctypes(10.0, 0.0, 0.0)
-    3.0
+    >>> coulomb(0.3)(10.0), coulomb(np.array([0.1, 0.4]))
+    (3.0, Coulomb(mu=0.1 to 0.4))
     """
-    _checked(mu=mu)
-    return FrictionLaw(_coulomb_bound(float(mu)), f"Coulomb(mu={mu:g})", float(mu))
+    return FrictionLaw(_coulomb_bound(), "Coulomb", mu=mu)
 
 
 @cache
-def _coulomb_bound(mu: float) -> Any:
-    """Compile mu times the pressure, once for each mu."""
-
+def _coulomb_bound() -> Any:
     @cfunc(SIGNATURE, cache=True)
-    def bound(pressure, slip, state):
-        return mu * pressure
+    def bound(pressure, slip, node):
+        return node[1] * pressure
 
     return bound
 
 
-def static_kinetic(mu_static: float, mu_kinetic: float) -> FrictionLaw:
+def static_kinetic(mu_static: Any, mu_kinetic: Any) -> FrictionLaw:
     """Different coefficients at rest and in motion: |tau| <= mu_s p at rest, mu_k p in slip.
 
     A node that slipped in the last step needs only mu_k p to go on (Amontons-Coulomb with a static
@@ -149,7 +259,7 @@ def static_kinetic(mu_static: float, mu_kinetic: float) -> FrictionLaw:
 
     Parameters
     ----------
-    mu_static, mu_kinetic : float
+    mu_static, mu_kinetic : float, or as for `coulomb`
         Coefficients, mu_static >= mu_kinetic >= 0.
 
     Raises
@@ -160,30 +270,33 @@ def static_kinetic(mu_static: float, mu_kinetic: float) -> FrictionLaw:
     Examples
     --------
     >>> from model import static_kinetic
-    >>> law = static_kinetic(0.5, 0.3).bound.ctypes
-    >>> law(10.0, 0.0, 0.0), law(10.0, 0.1, 0.0), law(10.0, 0.0, 1.0)  # at rest, in slip, and after it
+    >>> law = static_kinetic(0.5, 0.3)
+    >>> law(10.0), law(10.0, 0.1), law(10.0, 0.0, 1.0)  # at rest, in slip, and after it
     (5.0, 3.0, 3.0)
     """
-    _checked(mu_static=mu_static, mu_kinetic=mu_kinetic)
-    if mu_kinetic > mu_static:
-        raise ValueError(f"mu_kinetic is {mu_kinetic}, but it must not exceed mu_static, {mu_static}.")
-    mu_static, mu_kinetic = float(mu_static), float(mu_kinetic)
+    _require_order(mu_static, mu_kinetic)
+    return FrictionLaw(
+        _static_kinetic_bound(), "static and kinetic", mu_static=mu_static, mu_kinetic=mu_kinetic
+    )
 
+
+@cache
+def _static_kinetic_bound() -> Any:
     @cfunc(SIGNATURE, cache=True)
-    def bound(pressure, slip, state):
-        return (mu_kinetic if slip > 0.0 or state > 0.0 else mu_static) * pressure
+    def bound(pressure, slip, node):
+        return (node[2] if slip > 0.0 or node[0] > 0.0 else node[1]) * pressure
 
-    return FrictionLaw(bound, f"static and kinetic(mu_s={mu_static:g}, mu_k={mu_kinetic:g})", mu_static)
+    return bound
 
 
-def viscous(mu: float, viscosity: float) -> FrictionLaw:
+def viscous(mu: Any, viscosity: Any) -> FrictionLaw:
     """Coulomb friction with a viscous part, |tau| <= mu p + c v.
 
     Olsson et al., European Journal of Control 4, 1998, eq. (4).
 
     Parameters
     ----------
-    mu : float
+    mu : float, or as for `coulomb`
         Coefficient of friction, >= 0; 0 leaves a purely viscous film.
     viscosity : float
         c, force of one node per unit of slip speed (of slip increment where slip_rate = 1), >= 0; it acts on
@@ -197,27 +310,29 @@ def viscous(mu: float, viscosity: float) -> FrictionLaw:
     Examples
     --------
     >>> from model import viscous
-    >>> viscous(0.2, viscosity=5.0).bound.ctypes(10.0, 0.1, 0.0)
+    >>> viscous(0.2, viscosity=5.0)(10.0, 0.1)
     2.5
     """
-    _checked(mu=mu, viscosity=viscosity)
-    mu, viscosity = float(mu), float(viscosity)
+    return FrictionLaw(_viscous_bound(), "viscous", mu=mu, viscosity=viscosity)
 
+
+@cache
+def _viscous_bound() -> Any:
     @cfunc(SIGNATURE, cache=True)
-    def bound(pressure, slip, state):
-        return mu * pressure + (viscosity * slip if pressure > 0.0 else 0.0)
+    def bound(pressure, slip, node):
+        return node[1] * pressure + (node[2] * slip if pressure > 0.0 else 0.0)
 
-    return FrictionLaw(bound, f"viscous(mu={mu:g}, c={viscosity:g})", mu)
+    return bound
 
 
-def stribeck(mu_static: float, mu_kinetic: float, speed: float, viscosity: float = 0.0) -> FrictionLaw:
+def stribeck(mu_static: Any, mu_kinetic: Any, speed: Any, viscosity: Any = 0.0) -> FrictionLaw:
     """Stribeck friction: |tau| <= [mu_k + (mu_s - mu_k) exp(-(v/v_s)^2)] p + c v.
 
     Olsson et al., European Journal of Control 4, 1998, eq. (5), with exponent 2.
 
     Parameters
     ----------
-    mu_static, mu_kinetic : float
+    mu_static, mu_kinetic : float, or as for `coulomb`
         Coefficients, mu_static >= mu_kinetic >= 0.
     speed : float
         Stribeck speed v_s > 0 (or slip increment where slip_rate = 1).
@@ -232,23 +347,28 @@ def stribeck(mu_static: float, mu_kinetic: float, speed: float, viscosity: float
     Examples
     --------
     >>> from model import stribeck
-    >>> law = stribeck(0.5, 0.3, speed=0.1).bound.ctypes
-    >>> law(10.0, 0.0, 0.0), round(law(10.0, 10.0, 0.0), 6)
+    >>> law = stribeck(0.5, 0.3, speed=0.1)
+    >>> law(10.0), round(law(10.0, 10.0), 6)
     (5.0, 3.0)
     """
-    _checked(mu_static=mu_static, mu_kinetic=mu_kinetic, viscosity=viscosity)
-    if mu_kinetic > mu_static:
-        raise ValueError(f"mu_kinetic is {mu_kinetic}, but it must not exceed mu_static, {mu_static}.")
-    if not (isfinite(speed) and speed > 0.0):
+    _require_order(mu_static, mu_kinetic)
+    if not callable(speed) and not np.all(np.asarray(speed, dtype=np.float64) > 0.0):
         raise ValueError(f"speed is {speed}, but the Stribeck speed is a finite number > 0.")
-    mu_static, mu_kinetic = float(mu_static), float(mu_kinetic)
-    speed, viscosity = float(speed), float(viscosity)
-
-    @cfunc(SIGNATURE, cache=True)
-    def bound(pressure, slip, state):
-        mu = mu_kinetic + (mu_static - mu_kinetic) * exp(-((slip / speed) ** 2))
-        return mu * pressure + (viscosity * slip if pressure > 0.0 else 0.0)
-
     return FrictionLaw(
-        bound, f"Stribeck(mu_s={mu_static:g}, mu_k={mu_kinetic:g}, v_s={speed:g}, c={viscosity:g})", mu_static
+        _stribeck_bound(),
+        "Stribeck",
+        mu_static=mu_static,
+        mu_kinetic=mu_kinetic,
+        speed=speed,
+        viscosity=viscosity,
     )
+
+
+@cache
+def _stribeck_bound() -> Any:
+    @cfunc(SIGNATURE, cache=True)
+    def bound(pressure, slip, node):
+        mu = node[2] + (node[1] - node[2]) * exp(-((slip / node[3]) ** 2))
+        return mu * pressure + (node[4] * slip if pressure > 0.0 else 0.0)
+
+    return bound

@@ -98,7 +98,7 @@ class NodeLoop:
     ) -> None:
         """Set what changes from step to step.
 
-        Load (N, d), gap (n,), stick position (n, d; global), state of slip (n,).
+        Load (N, d), gap (n,), stick position (n, d; global), what the friction law is told (n, 1 + m).
         """
         n, d = self.force.shape
         self.b = b
@@ -112,16 +112,19 @@ class NodeLoop:
             if reference is None
             else np.einsum("cab,cb->ca", self.frame[:, 1:], reference)
         )
-        self.contact = Candidates(
-            self.nodes,
-            self.number,
-            self.frame,
-            self.block,
-            gap,
-            local,
-            np.zeros(n) if state is None else state,
-        )
+        if state is None:
+            state = self.told(np.zeros(n))
+        self.contact = Candidates(self.nodes, self.number, self.frame, self.block, gap, local, state)
         self.load_size = length(b[self.loaded] if self._some_uncoupled else b)
+
+    def told(self, slipped: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
+        """Return what the friction law is told of the candidates, (n, 1 + m); see `FrictionLaw.nodes`."""
+        return slipped[:, None] if self.friction is None else self.friction.nodes(slipped, places)
+
+    @property
+    def coefficient(self) -> Any:
+        """Coefficients (n,) of friction at rest under the present load, or 0 without friction."""
+        return 0.0 if self.friction is None else self.contact.state[:, 1]
 
     def start(self, u: np.ndarray, status: np.ndarray | None = None) -> np.ndarray:
         """Make `u` (N, d) admissible in place: prescribed unknowns at their values, no node below the road.
@@ -226,7 +229,7 @@ def place_on_road(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:
         way = loop.sticking_place(back) - u[loop.nodes[back]]
         way -= gap[back, None] * loop.frame[back, 0]
         force = np.einsum("cab,cbe,ce->ca", loop.block[back], loop.frame[back], way)
-        bound = loop.friction.coefficient * force[:, 0]
+        bound = loop.coefficient[back] * force[:, 0]
         status[back[np.linalg.norm(force[:, 1:], axis=1) <= bound]] = Status.STICK
     place_all_on_surface(loop.contact, u, status)
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import bsr_array, csr_array, issparse
 
 from model.atomic_file import write_aside
-from model.node_loop.friction_laws import FrictionLaw, coulomb
+from model.node_loop.friction_laws import FrictionLaw, as_law
 
 # What reading a damaged archive may end in.
 DAMAGE: tuple[type[Exception], ...] = (ArithmeticError, AttributeError, BadZipFile, EOFError, LookupError)
@@ -45,8 +45,9 @@ class ContactProblem:
         Unit normals, from the road into the body.
     gap : (n,)
         Distance to the road along the normal at zero displacement, >= 0 (but see `interference`).
-    friction : FrictionLaw, float or None
-        A law, Coulomb's coefficient, or None for a frictionless road; kept as FrictionLaw or None.
+    friction : FrictionLaw, float, array (n,), callable of places, or None
+        A law, Coulomb's coefficient, the same at all candidates or not, or None for a frictionless road; kept
+        as FrictionLaw or None.
     interference : bool
         Take negative gaps for a body drawn into the road, as in a press fit, that is to be pushed out of it.
     tangential_reference : (n, d), optional
@@ -127,8 +128,9 @@ class ContactProblem:
         if abs(worst - 1.0) > 1e-9:
             raise ValueError(f"normal must hold unit vectors, but one has length {worst:g}.")
         put("gap", self.checked_gap(self.gap))
-        if self.friction is not None and not isinstance(self.friction, FrictionLaw):
-            put("friction", coulomb(self.friction))
+        put("friction", as_law(self.friction))
+        if self.friction is not None and not self.friction.by_place:
+            self.friction.nodes(np.zeros(n))  # refuses what does not fit
         reference = np.zeros((n, d)) if self.tangential_reference is None else self.tangential_reference
         put("tangential_reference", shaped("tangential_reference", reference, (n, d)))
         put("prolongations", tuple(csr_array(P) for P in self.prolongations))
@@ -141,9 +143,15 @@ class ContactProblem:
             rows = P.shape[1]
 
     @property
-    def friction_coefficient(self) -> float:
-        """Coefficient of friction at rest; 0 without friction."""
-        return self.friction.coefficient if isinstance(self.friction, FrictionLaw) else 0.0
+    def friction_coefficient(self) -> Any:
+        """Coefficient of friction at rest, one or (n,) as it is before loading; 0 without friction."""
+        if not isinstance(self.friction, FrictionLaw):
+            return 0.0
+        mu = next(iter(self.friction.parameters.values()))
+        if not callable(mu):
+            return mu
+        foot = self.coordinates[self.contact_nodes] - self.gap[:, None] * self.normal
+        return self.friction.nodes(np.zeros(len(foot)), foot)[:, 1]
 
     def checked_gap(self, gap: np.ndarray) -> np.ndarray:
         """Return `gap` (n,) with rounding errors below zero cut off.
@@ -192,7 +200,7 @@ class ContactProblem:
             "contact_nodes": self.contact_nodes,
             "normal": self.normal,
             "gap": self.gap,
-            "friction_coefficient": np.float64(self.friction_coefficient),
+            "friction_coefficient": np.asarray(self.friction_coefficient, dtype=np.float64),
             "tangential_reference": self.tangential_reference,
         }
         if solution is not None:
@@ -214,7 +222,7 @@ class ContactProblem:
         try:
             with np.load(path, allow_pickle=False) as file:
                 A = csr_array((file["data"], file["indices"], file["indptr"]))
-                mu = float(file["friction_coefficient"])
+                mu = file["friction_coefficient"]
                 names = ("coordinates", "contact_nodes", "normal", "gap", "tangential_reference")
                 arrays = {"b": file["load"]} | {name: file[name] for name in names}
         except FileNotFoundError:
@@ -224,7 +232,7 @@ class ContactProblem:
                 f"{path} is not a contact problem saved by ContactProblem.save: {error}."
             ) from None
         into = bool(np.any(arrays["gap"] < 0))
-        return cls(A=A, friction=mu if mu > 0.0 else None, interference=into, **arrays)
+        return cls(A=A, friction=mu if np.any(mu > 0.0) else None, interference=into, **arrays)
 
 
 def length_scale(coordinates: np.ndarray) -> float:

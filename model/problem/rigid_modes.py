@@ -1,5 +1,7 @@
 """Rigid modes: motions that A does not resist, and whether the road can."""
 
+from typing import Any
+
 import numpy as np
 from scipy.linalg import qr
 from scipy.optimize import nnls
@@ -115,7 +117,7 @@ class RigidModes:
         """The rigid part (N, d) of a displacement (N, d)."""
         return (self.modes @ (self.modes.T @ u.ravel())).reshape(u.shape)
 
-    def require_balance(self, b: np.ndarray, normal: np.ndarray, mu: float, tolerance: float) -> None:
+    def require_balance(self, b: np.ndarray, normal: np.ndarray, mu: Any, tolerance: float) -> None:
         """Refuse a load (N, d) that the road, with normals (n, d), cannot balance on the modes.
 
         Raises
@@ -132,7 +134,7 @@ class RigidModes:
                 f"road can stop, with a force of {force:.3g}; load it towards the road or fix it."
             )
 
-    def landing(self, b: np.ndarray, normal: np.ndarray, mu: float, gap: np.ndarray) -> np.ndarray:
+    def landing(self, b: np.ndarray, normal: np.ndarray, mu: Any, gap: np.ndarray) -> np.ndarray:
         """The motion (N, d) by which the load (N, d) would bring the body to rest, were it rigid.
 
         The body goes the way that the nodes on the road leave it, until the next arrives (gradient
@@ -192,7 +194,7 @@ class RigidModes:
             left = left + work.T @ nnls(work.T, -load / size, maxiter=100 * len(work))[0]
         return left if np.linalg.norm(left) > tolerance else np.zeros(self.count)
 
-    def _work(self, normal: np.ndarray, mu: float) -> np.ndarray:
+    def _work(self, normal: np.ndarray, mu: Any) -> np.ndarray:
         """Work (e n, m) of unit forces along the edges of the friction cones on the modes."""
         edges = _cone_edges(normal, mu)
         return np.einsum("ecd,cdm->ecm", edges, self.at(self.nodes)).reshape(-1, self.count)
@@ -235,10 +237,10 @@ def determinate_unknowns(modes: np.ndarray) -> np.ndarray:
     return order[: sizes.size][sizes > SEEN * sizes[0]].astype(np.int64)
 
 
-def _cone_edges(normal: np.ndarray, mu: float) -> np.ndarray:
-    """Edges (e, n, d) of the friction cones."""
+def _cone_edges(normal: np.ndarray, mu: Any) -> np.ndarray:
+    """Edges (e, n, d) of the friction cones of coefficients mu, one or (n,)."""
     frame = frames(normal)
-    if mu == 0.0:
+    if not np.any(mu):
         return frame[None, :, 0]
     if normal.shape[1] == 2:
         tangents = [frame[:, 1], -frame[:, 1]]
@@ -246,4 +248,4 @@ def _cone_edges(normal: np.ndarray, mu: float) -> np.ndarray:
         angles = np.arange(8) * np.pi / 4
         outside = 1.0 / np.cos(np.pi / 8)
         tangents = [outside * (np.cos(t) * frame[:, 1] + np.sin(t) * frame[:, 2]) for t in angles]
-    return np.stack([frame[:, 0] + mu * tangent for tangent in tangents])
+    return np.stack([frame[:, 0] + np.reshape(mu, (-1, 1)) * tangent for tangent in tangents])

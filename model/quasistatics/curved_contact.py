@@ -1,7 +1,8 @@
 """Static contact with a road that is not flat: the same solver, on planes that follow the nodes."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -62,6 +63,7 @@ class CurvedContact:
         tangential_reference: np.ndarray | None = None,
         start: np.ndarray | None = None,
         tolerance: float = 1e-10,
+        marks: Callable[[np.ndarray], np.ndarray] | None = None,
         **options: Any,
     ) -> Solution:
         """Solve for one load and one place of the road.
@@ -77,6 +79,9 @@ class CurvedContact:
             First guess; default zero.
         tolerance : float
             Natural residual to reach; normals are found to ten times that.
+        marks : callable, optional
+            From points (n, d) of the road to where they lie on it at time 0, for friction that depends on
+            that; default the points themselves.
         **options
             Further arguments of `ContactSolver.solve`, but `gap`.
 
@@ -98,6 +103,7 @@ class CurvedContact:
         at = points if start is None else points + start[nodes]
         sticking = None if solver.loop.friction is None else points + reference
         planes = RoadPlanes(road, at, sticking, softness(solver.loop), ON_ROAD * self.size)
+        options["places"] = planes.anchor if marks is None else marks(planes.anchor)
         self.distances = planes.distances
         iterations: list[Solution] = []
         options["start"] = start
@@ -158,7 +164,8 @@ class CurvedContact:
         for time, b in steps:
             sticking = road.carried(self.points + reference, before, time) - self.points
             before = time
-            solution = self.solve(road.at(time), tangential_reference=sticking, b=b, **options)
+            marks = partial(road.carried, start=time, end=0.0)
+            solution = self.solve(road.at(time), tangential_reference=sticking, b=b, marks=marks, **options)
             yield solution
             reference = solution.displacement[nodes]
             options |= solution.next_start()

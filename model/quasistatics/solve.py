@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -93,8 +94,9 @@ def solve(
     solver = _solver(problem, contact.road, correction, **made)
     road = contact.road
     if hasattr(road, "at"):
-        road = road.at(0.0 if time is None else time)
-        solution = CurvedContact(solver, contact.points).solve(road, tolerance=tolerance, **options)
+        now = 0.0 if time is None else time
+        options["marks"] = partial(road.carried, start=now, end=0.0)
+        solution = CurvedContact(solver, contact.points).solve(road.at(now), tolerance=tolerance, **options)
     elif getattr(road, "flat", False):
         solution = solver.solve(tolerance=tolerance, **options)
     else:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.sparse import bsr_array
 
 from model.node_loop.blocks import BlockMatrix
-from model.node_loop.friction_laws import FrictionLaw, coulomb
+from model.node_loop.friction_laws import as_law
 from model.problem.contact_problem import length_scale, shaped
 
 
@@ -61,8 +61,10 @@ class SharedProblem:
             object.__setattr__(self, "b", shaped("b", self.b, (N, d))[: exchange.owned])
             object.__setattr__(self, "normal", shaped("normal", self.normal, (n, d)))
             object.__setattr__(self, "gap", self.checked_gap(self.gap))
-            if self.friction is not None and not isinstance(self.friction, FrictionLaw):
-                object.__setattr__(self, "friction", coulomb(self.friction))
+            object.__setattr__(self, "friction", as_law(self.friction))
+            parameters = self.friction.parameters.values() if self.friction is not None else ()
+            if not all(isinstance(value, float) for value in parameters):
+                raise ValueError("Friction that varies is not shared among ranks yet; run on one rank.")
         except ValueError as error:
             trouble = str(error)
         self.raise_on_all(trouble)

@@ -133,7 +133,7 @@ class SharedSolver:
             trouble = str(error)
         problem.raise_on_all(trouble)
         assert b is not None and gap is not None
-        loop.set_load(b, gap, reference, slipped)
+        loop.set_load(b, gap, reference, None if slipped is None else loop.told(slipped))
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)

@@ -141,4 +141,6 @@ def fingerprint(integrator: TimeIntegrator) -> str:
     for values in (loop.A.indptr, loop.A.indices, loop.A.data, body.contact_nodes, body.load_at(0.0)):
         digest.update(np.ascontiguousarray(values).tobytes())
     digest.update(f"{integrator.dt!r} {loop.friction!r} {integrator.tolerance!r}".encode())
+    for value in loop.friction.parameters.values() if loop.friction is not None else ():
+        digest.update(np.asarray(value).tobytes() if isinstance(value, np.ndarray) else b"")
     return f"{type(integrator).__name__} {digest.hexdigest()}"

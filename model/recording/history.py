@@ -214,11 +214,10 @@ class History:
 
     def _cone(self, state: State, pressure: np.ndarray) -> float:
         """Largest |tau| - mu p; only Coulomb's cone can be judged by the force alone."""
-        law = self.integrator.body.friction
-        mu = 0.0 if law is None else float(getattr(law, "coefficient", law))  # type: ignore[arg-type]
-        tangential = (
-            state.contact_force - pressure[:, None] * self.integrator.solvers["step"].loop.frame[:, 0]
-        )
+        body, loop = self.integrator.body, self.integrator.solvers["step"].loop
+        law: Any = body.friction
+        mu = 0.0 if law is None else law.nodes(np.zeros(pressure.size), body.places(state))[:, 1]
+        tangential = state.contact_force - pressure[:, None] * loop.frame[:, 0]
         return float((np.linalg.norm(tangential, axis=1) - mu * pressure).max())
 
     def _add(self, row: list[float]) -> None:

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from model.node_loop.friction_laws import FrictionLaw
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
+from model.problem.varying_friction import placed
 from model.ranks.shared_problem import SharedProblem
 from model.results.gathered import gathered
 from model.results.reactions import Balance, balance
@@ -33,7 +33,10 @@ class BodyOnRoad:
     road : geometry.Road
         Its `closest` gives gap, normal and nearest point.
     friction : FrictionLaw, float or None
-        A law, Coulomb's coefficient, or None for a frictionless road.
+        A law, Coulomb's coefficient, or None for a frictionless road. A coefficient may vary: an array (n,)
+        with one value a candidate; {boundary: value}; a list with one value for each of `SeveralRoads`; or a
+        function of points (n, dim) of the road, of one that moves as they lie at time 0. It is read where the
+        node sticks as a step begins.
     reach : float, optional
         Take for candidates only nodes whose gap is at most this (mm); default all of the boundary.
     interference : bool
@@ -71,7 +74,7 @@ class BodyOnRoad:
         system: Any,
         facets: Any,
         road: Any,
-        friction: FrictionLaw | float | None = None,
+        friction: Any = None,
         reach: float | None = None,
         interference: bool = False,
     ):
@@ -97,7 +100,8 @@ class BodyOnRoad:
         self.system, self.road = system, road
         self.nodes, self.points, self.area = nodes[near], points[near], area[near]
         of_system, places = (system.A, system.load, system.coordinates), system.node_of[self.nodes]
-        arrays = (*of_system, places, normal[near], gap[near], friction)
+        law = placed(friction, system, self.nodes, road)
+        arrays = (*of_system, places, normal[near], gap[near], law)
         self.problem: Any
         if exchange is None:
             self.problem = ContactProblem(

@@ -225,6 +225,7 @@ class ContactSolver:
         tolerance: float = 1e-10,
         limit: int = 100_000,
         slip_rate: float = 1.0,
+        places: np.ndarray | None = None,
     ) -> Solution:
         """Solve for one load.
 
@@ -247,6 +248,9 @@ class ContactSolver:
             Residual tests before giving up.
         slip_rate : float
             What the friction law's slip is multiplied by: 1 for increments, 1/dt for speeds.
+        places : (n, d), optional
+            Points of the road at which nodes stick, for friction that depends on them; default those of the
+            planes.
 
         Returns
         -------
@@ -277,12 +281,17 @@ class ContactSolver:
         if tangential_reference is None:
             tangential_reference = problem.tangential_reference
         reference = shaped("tangential_reference", tangential_reference, (n, problem.dim))
-        state = np.zeros(n) if slipped is None else shaped("slipped", slipped, (n,))
-        if normal is None:  # on a curved road others may hold the body in the end
-            self.rigid.require_balance(load, problem.normal, problem.friction_coefficient, BALANCE)
+        slipped = np.zeros(n) if slipped is None else shaped("slipped", slipped, (n,))
         u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
-        normal = problem.normal if normal is None else normal
+        flat, normal = normal is None, problem.normal if normal is None else normal
         self.take_planes(normal)
+        if places is None and loop.friction is not None and loop.friction.by_place:
+            height = gap + np.einsum("ca,ca->c", normal, reference)
+            places = problem.coordinates[loop.nodes] + reference - height[:, None] * normal
+        state = loop.told(slipped, places)
+        if flat:  # on a curved road others may hold the body in the end
+            mu = 0.0 if loop.friction is None else state[:, 1]
+            self.rigid.require_balance(load, normal, mu, BALANCE)
         loop.prescribe(load, u)
         self._require_room(u, gap, normal)
         loop.slip_rate, first = slip_rate, loop.sweeps
@@ -296,8 +305,7 @@ class ContactSolver:
         aim(base, load)
         status = loop.start(u, start_status)
         if self.rigid.count and not status.any():
-            mu, gaps = problem.friction_coefficient, loop.gaps(u, status)
-            base += self.rigid.landing(load, loop.frame[:, 0], mu, gaps)
+            base += self.rigid.landing(load, loop.frame[:, 0], loop.coefficient, loop.gaps(u, status))
             aim(base, load)
             status = loop.start(u, status)
         record = self._record(u, status, first, tolerance, limit)

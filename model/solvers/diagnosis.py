@@ -42,7 +42,7 @@ def likely_causes(
     fall = float(np.min(history[: len(history) // 2 + 1]) / max(np.min(history), 1e-300))
     touching, slipping = np.count_nonzero(status != FREE), np.count_nonzero(status == SLIP)
     along = np.einsum("cab,cb->ca", loop.frame[:, 1:], missing[loop.nodes])[status != FREE]
-    mu = 0.0 if loop.friction is None else loop.friction.coefficient
+    mu = float(np.max(loop.coefficient, initial=0.0))
     suspects = [
         (
             min(floor / residual, 1.0),

@@ -46,9 +46,9 @@ sweeps_2d, sweeps_3d = contact_sweeps(2, True), contact_sweeps(3, True)
 
 
 @cfunc(SIGNATURE, cache=True)
-def held_bound(pressure, slip, state):
+def held_bound(pressure, slip, node):
     """The bound that is held, as a friction law."""
-    return state
+    return node[0]
 
 
 class SmallProblem:
@@ -248,7 +248,7 @@ def solve_active(
     k, s = arrays.block.shape[:2]
     d = force.shape[1]
     target, b, move, local = np.empty(k * s), np.zeros((k, s)), np.zeros((k, s)), np.zeros((k, s))
-    gaps, state, found = np.empty(k), np.empty(k), np.empty((k, s))
+    gaps, state, found = np.empty(k), np.empty((k, whole.state.shape[1])), np.empty((k, s))
     reference, decided = np.empty((k, s - 1)), np.empty(k, dtype=status.dtype)
     for j in range(k):
         c = active[j]
@@ -341,7 +341,7 @@ def energy(arrays, contact, b, u):
             size += abs(s * u[c, a]) + abs(b[c, a] * u[c, a])
             if a > 0:
                 slip += (u[c, a] - contact.reference[c, a - 1]) ** 2
-        total += contact.state[c] * np.sqrt(slip)
+        total += contact.state[c, 0] * np.sqrt(slip)
     return total, 4 * ROUNDING * size
 
 
@@ -507,10 +507,10 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
                 break
             judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
             trial, decided, after = u.copy(), status.copy(), best
-            bounds = np.empty(status.size)
+            bounds = np.empty((status.size, 1))
             for c in range(bounds.size):
                 slip = np.sqrt(np.sum((u[c, 1:] - contact.reference[c]) ** 2)) if status[c] == SLIP else 0.0
-                bounds[c] = allowed(bound, force[c, 0], slip_rate * slip, contact.state[c])
+                bounds[c, 0] = allowed(bound, force[c, 0], slip_rate * slip, contact.state[c])
             convex = with_state(contact, bounds)
             descend(arrays, convex, b, trial, decided, R, force, held, slip_rate, 0.1 * best, slight)
             after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
