@@ -38,7 +38,7 @@ from model.solvers.convergence_record import NotConverged, Record
 CONSTANT = 60  # iterations with the constant matrix
 EXACT = 40  # iterations with the exact tangent
 HALVINGS = 4  # of the step
-QUICK = 0.1  # fall of what is missing in an iteration that lets its tangent serve the next
+SLOW = 0.5  # fall of what is missing in an iteration that asks for an exact tangent
 DAMPING = (1.0, 0.5, 0.25, 0.125, 0.0625)  # parts of a Newton step that are tried
 
 
@@ -307,18 +307,25 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
     def _settle(self, state: State) -> float:
         """Bring the massless nodes of `state` into equilibrium in place; return the energy that this adds."""
         body, nodes = self.body, self.body.contact_nodes
-        energy, slipped, last = self._potential(state), 0.0, state
-        missing = body.missing_force(state.time, state.displacement)[nodes]
-        rest, solver = np.inf, None
+        load = np.where(body.prescribed, 0.0, body.load_at(state.time))
+
+        def potential(u: np.ndarray) -> float:
+            return body.surface.strain_energy(u) - float(np.vdot(load[nodes], u[nodes]))
+
+        def missing_at(u: np.ndarray) -> np.ndarray:
+            return np.where(body.prescribed, 0.0, load - body.surface.internal_force(u))[nodes]
+
+        energy, slipped, last = potential(state.displacement), 0.0, state
+        missing = missing_at(state.displacement)
+        turn = self._turn_between(state.displacement, state.displacement)
+        rest, solver = np.inf, TurnedSolver(self.solvers["massless"])
         for _ in range(EXACT):
             u = state.displacement
             gap, normal = self.ground(state)
-            if solver is None:
-                solver = self._massless_solver(u, normal)
-            touch = solver.solve(missing, gap, normal, np.zeros_like(missing), last)
+            touch = solver.solve(turn, missing, gap, normal, np.zeros_like(missing), last)
             before, rest = rest, length(missing + touch.force)
-            if rest > QUICK * before:
-                solver = None  # the tangent has become too old
+            if rest > SLOW * before:
+                solver, turn = TurnedSolver(self._massless_solver(u, normal)), np.eye(body.dim)
             floor = 1e-15 * float(np.abs(body.coordinates + u).max()) * self._diagonal
             done = rest <= max(self.tolerance * (length(touch.force) + length(missing)), floor)
             friction = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
@@ -326,10 +333,9 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
             for part in DAMPING:
                 trial = u.copy()
                 trial[nodes] += part * touch.increment
-                if not body.forces.volume_ratio(trial) > 0.0:
-                    continue
-                missing = body.missing_force(state.time, trial)[nodes]
-                if done or float(np.vdot(missing + friction, touch.increment)) >= -0.5 * downhill:
+                missing = missing_at(trial)
+                ahead = float(np.vdot(missing + friction, touch.increment))
+                if done or ahead >= -0.5 * downhill:  # not so where it is no number: a cell is turned over
                     break
             state.displacement, last = trial, state
             slipped += float(np.vdot(friction, part * touch.increment))
@@ -343,18 +349,13 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
                 Record(self.tolerance, EXACT, lambda: 0, progress=False, history=[rest]),
             )
         state.work.friction += slipped
-        return self._potential(state) - energy - slipped
-
-    def _potential(self, state: State) -> float:
-        """Elastic energy and that of the load at the end of the step."""
-        load = np.where(self.body.prescribed, 0.0, self.body.load_at(state.time))
-        return self.body.strain_energy(state.displacement) - float(np.vdot(load, state.displacement))
+        return potential(state.displacement) - energy - slipped
 
     def _massless_solver(self, u: np.ndarray, normal: np.ndarray) -> StepSolver:
         """Set up the contact problem of the massless nodes with the tangent at displacement u (N, d)."""
         body, d = self.body, self.body.dim
         nodes = body.contact_nodes
-        K = bsr_array(body.forces.tangent(u), blocksize=(d, d))
+        K = bsr_array(body.surface.tangent(u), blocksize=(d, d))
         own = bsr_array(_blocks(K, nodes), blocksize=(d, d))
         own = shifted(own, self._own.diagonal())
         n = nodes.size

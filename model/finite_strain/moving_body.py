@@ -53,6 +53,16 @@ class FiniteBody(MovingBody):
         """Energy, forces and tangents at the nodes of the system."""
         return SystemForces(self.elastic, self.node_of, self.prescribed)
 
+    @cached_property
+    def surface(self) -> SystemForces:
+        """The same of the cells at nodes that may touch: forces and tangents there at less cost."""
+        nodes = (
+            self.contact_nodes
+            if self.node_of is None
+            else np.isin(self.node_of, self.contact_nodes).nonzero()[0]
+        )
+        return SystemForces(self.elastic.around(nodes), self.node_of, self.prescribed)
+
     def missing_force(self, time: float, u: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
         """Load less internal forces, (N, d), at displacement `u` (N, d)."""
         return np.where(self.prescribed, 0.0, self.load_at(time) - self.forces.internal_force(u))
