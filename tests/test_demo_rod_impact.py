@@ -23,6 +23,7 @@ def test_quick_demo(quick):
     assert summary["cost"]["residual"] <= 1e-10
 
     assert (out / "impact.png").stat().st_size > 10_000
+    assert (out / "rod.xdmf").read_text().count("<Time") == 30 and (out / "rod_road.xdmf").exists()
     with open(out / "history_mass_redistribution.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert float(rows[-1]["time"]) == 3.0

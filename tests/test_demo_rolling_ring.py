@@ -1,5 +1,6 @@
 """The lesson on the ring that rolls, in its quick form."""
 
+import numpy as np
 import pytest
 
 DEMO = "rolling_ring"
@@ -18,4 +19,16 @@ def test_quick_lesson(quick):
     assert results["sliding_to_rolling_time"] == pytest.approx(0.748, rel=0.01)
     for name in ("outlines", "swelling", "sliding_to_rolling"):
         assert (quick.out / f"{name}.png").stat().st_size > 10_000
-    assert (quick.out / "ring.xdmf").exists()
+    with np.load(quick.out / "problem.npz") as problem:
+        assert problem["contact_force"][:, 1].max() > 0.0
+
+
+def test_series_for_paraview(quick):
+    reader = pytest.importorskip("pyvista").get_reader(quick.out / "ring.xdmf")
+    reader.set_active_time_value(0.36)
+    data = reader.read().point_data
+    touches = np.asarray(data["status"]) > 0
+    assert touches.any() and not np.asarray(data["gap"])[touches].any()
+    assert np.asarray(data["contact_pressure"])[touches].max() > 0.0
+    assert not np.asarray(data["contact_pressure"])[~touches].any()
+    assert (quick.out / "ring_road.xdmf").exists()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from harness.scene import Scene
-from model import History, march
+from model import History, march, write_road
 from model.dynamics.step_problem import save_step
 from model.results.xdmf import Series, on_body
 
@@ -20,13 +20,14 @@ def recorded(
     path: Any = None,
     on_state: Callable[[Any], None] | None = None,
     save: Any = None,
+    displacement: np.ndarray | None = None,
 ) -> History:
-    """Run from rest in shape, with a velocity, and return the history.
+    """Run from a velocity, and a displacement if given, and return the history.
 
     Parameters
     ----------
     scheme : TimeIntegrator
-    velocity : (N, dim)
+    velocity, displacement : (N, dim)
         At the start.
     steps : int
     points : dict
@@ -38,7 +39,7 @@ def recorded(
     save : Path, optional
         NAME.npz for the step with the most nodes in contact, as a problem of its own.
     """
-    most = first = scheme.start(velocity=velocity)
+    most = first = scheme.start(displacement, velocity)
     history = History(scheme, first, points, path)
     for state in march(scheme, first, steps, history):
         most = state if state.count > most.count else most
@@ -70,13 +71,20 @@ def fields_in_motion(elasticity: Any, moving: Any, boundary: str, state: Any) ->
 def write_motion(
     path: Path, elasticity: Any, moving: Any, boundary: str, states: Sequence[Any]
 ) -> list[np.ndarray]:
-    """Write the fields of all states to NAME.xdmf and NAME.h5; return von Mises' stress (cells,) of each."""
+    """Write the fields of all states to NAME.xdmf, and the road to NAME_road.xdmf; return von Mises' stresses (cells,)."""
     series, stresses = Series(path, elasticity.body), []
     for state in states:
         nodes, cells = fields_in_motion(elasticity, moving, boundary, state)
         series.write(state.time, nodes, cells)
         stresses.append(cells["von_mises"])
+    places = [moving.coordinates + state.displacement for state in states]
+    write_road(beside(path), moving.road, np.concatenate(places))
     return stresses
+
+
+def beside(path: Path) -> Path:
+    """File of the road, beside that of the body."""
+    return path.with_name(f"{path.stem}_road.xdmf")
 
 
 def keeping(

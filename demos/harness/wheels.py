@@ -7,8 +7,10 @@ import numpy as np
 
 from forms import Hyperelasticity, NeoHookean, Support
 from geometry import Body, Plane, ring
+from harness.motion import write_motion
 from harness.scene import Scene
-from model import BodyOnRoad, FiniteBody, FiniteContact, History, Series, march
+from model import BodyOnRoad, FiniteBody, FiniteContact, History, march
+from model.dynamics.step_problem import save_step
 
 GRAVITY = 9.81  # m/s^2
 
@@ -66,20 +68,33 @@ class Turned(NamedTuple):
     outline: np.ndarray
 
 
-def turned(scheme: Any, path: Path | None = None) -> Turned:
-    """Launch a ring at 10 m/s along its road and run 130 steps of 0.01 s; `path` gets its series of fields."""
+def turned(scheme: Any, elasticity: Any = None, path: Path | None = None, save: Path | None = None) -> Turned:
+    """Launch a ring at 10 m/s along its road and run 130 steps of 0.01 s.
+
+    Parameters
+    ----------
+    scheme : TimeIntegrator
+    elasticity : forms.Elasticity, optional
+        Its forms, for the series of fields at `path`, NAME.xdmf; the road goes to NAME_road.xdmf.
+    path : Path, optional
+    save : Path, optional
+        NAME.npz for the step with the most nodes in contact, as a problem of its own; of linear schemes.
+    """
     body, X, outer = scheme.body, scheme.body.coordinates, scheme.body.contact_nodes
-    begin = scheme.start(velocity=np.tile([10.0, 0.0], (len(X), 1)))
-    history = History(scheme, begin)
-    series = Series(path, body.elastic.body) if path else None
+    begin = most = scheme.start(velocity=np.tile([10.0, 0.0], (len(X), 1)))
+    history, states = History(scheme, begin), []
     radius, angle, outline = [mean_radius(body, begin.displacement)], [0.0], X[outer]
     for state in march(scheme, begin, 130, history):
         radius.append(mean_radius(body, state.displacement))
         angle.append(turn(X[outer], (X + state.displacement)[outer]))
-        if series:
-            series.write(state.time, {"displacement": state.displacement, "velocity": state.velocity}, {})
+        most = state if state.count > most.count else most
+        states.append(state)
         if state.step == 90:
             outline = (X + state.displacement)[outer]
+    if path:
+        write_motion(path, elasticity, body, "outer", states)
+    if save:
+        save_step(save, scheme, most)
     return Turned(history, np.array(radius), np.unwrap(angle), outline)
 
 
@@ -111,6 +126,29 @@ def inertia(scheme: Any, radius: float = 0.5) -> tuple[float, float]:
 def speed_of(scheme: Any, state: Any, mass: float) -> float:
     """Speed of the centre of mass along the road (m/s)."""
     return float((scheme.M @ state.velocity.ravel())[0::2].sum() / mass)
+
+
+def note_rolling(scene: Scene, scheme: Any, mu: float, v0: float, end: float) -> dict[str, Any]:
+    """Throw a ring along its road at v0 until `end`; note when it rolls, and return (time, speed) by name.
+
+    The closed form is that of a rigid ring: sliding_to_rolling_time = v0 / (mu g (1 + m R^2 / I)).
+    """
+    mass, k = inertia(scheme)
+    begin = scheme.start(sagged(scheme.body), np.tile([v0, 0.0], (len(scheme.body.coordinates), 1)))
+    ride = [
+        (state.time, speed_of(scheme, state, mass)) for state in march(scheme, begin, round(end / scheme.dt))
+    ]
+    times, speeds = np.array([(0.0, v0), *ride]).T
+    wanted, rolling = v0 / (mu * GRAVITY * (1.0 + 1.0 / k)), v0 / (1.0 + k)
+    slides = (times > 0.13 * wanted) & (times < 0.8 * wanted)
+    slope, first = np.polyfit(times[slides], speeds[slides], 1)
+    rolls = speeds[times > 1.04 * wanted].mean()
+    scene.result(
+        "sliding_to_rolling_time", (rolls - first) / slope, "s", wanted, "v0 / (mu g (1 + m R^2 / I))"
+    )
+    scene.result("rolling_speed", rolls, "m/s", rolling, "v0 / (1 + I / (m R^2))")
+    closed = np.where(times < wanted, v0 - mu * GRAVITY * times, rolling)
+    return {"computed": (times, speeds), "closed form (b)": (times, closed)}
 
 
 def treadmill(moving: FiniteBody, u: np.ndarray) -> np.ndarray:
