@@ -12,13 +12,9 @@
 # The discrete problem: find nodal displacements $u$ and forces of the road, $p_i$ along its normal $n_i$ and $\tau_i$
 # across it, with $K u = b + f$ (equation (3) at rest) and at each node that may touch
 #
-# $$ g_i = g_i^0 + n_i \cdot u_i \ge 0, \tag{5} $$
-# $$ p_i \ge 0, \qquad p_i g_i = 0, \tag{6} $$
-# $$ |\tau_i| \le \mu p_i. \tag{7} $$
+# $$ g_i = g_i^0 + n_i \cdot u_i \ge 0, \qquad p_i \ge 0, \qquad p_i g_i = 0, \qquad |\tau_i| \le \mu p_i. \tag{5, 6, 7} $$
 #
-# ## Without friction: figures 3b and 4
-#
-# UFL forms make $K$ and $b$, the node loop does the rest. The lower half of the cylinder has 760 quadrilaterals, as in
+# **Without friction: figures 3b and 4.** UFL forms make $K$ and $b$, the node loop does the rest, on 760 quadrilaterals as in
 # the paper. $P$ comes as a uniform traction on the flat face, or through a rigid platen.
 
 # %%
@@ -62,11 +58,9 @@ scene.figure(contact_zone(pressed, solution, centre=(0.0, 0.8), width=4.0), "def
 pressed.write(scene.out / "frictionless.xdmf", solution)
 
 # %% [markdown]
-# ## With friction, in ten steps: figure 5
-#
-# An elastic body on a rigid road spreads as it is pressed, so normal loading alone causes shear: the peak grows, the patch
-# shrinks a little, its edge slips. Within a step a node sticks where it was at the end of the last one, so the answer
-# depends on the number of steps (`reports/normal_loading_refinement.py`: how). Spence (1975) solved the half-plane problem.
+# **With friction, in ten steps: figure 5.** An elastic body on a rigid road spreads as it is pressed, so normal loading alone
+# causes shear: the peak grows, the patch shrinks a little, its edge slips. Within a step a node sticks where it was at the end
+# of the last one, so the answer depends on the number of steps. Spence (1975) solved the half-plane problem.
 
 # %%
 rubbing = cylinder(platen=True, friction=mu)
@@ -83,8 +77,8 @@ rubbing.write(scene.out / "friction.xdmf", path[-1])
 save_last_step(scene.out / "problem.npz", rubbing, path)
 
 # %% [markdown]
-# **In ParaView**, open `friction.xdmf` (*XDMF Reader*), use *Warp By Vector* on `displacement`, and colour by the X
-# component of `contact_traction`: it changes its sign in the middle of the patch.
+# **In ParaView**, open `friction.xdmf` and `friction_road.xdmf` (*XDMF Reader*), *Warp By Vector* on `displacement`, colour by the
+# X component of `contact_traction`: it changes its sign in the middle of the patch.
 #
 # ## Exercises
 #

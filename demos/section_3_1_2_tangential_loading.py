@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Section 3.1.2: pressed, and pulled along
 #
-# **You will learn** that friction remembers: the same two forces, laid on in another order, stick elsewhere. **You need**
-# section 3.1.1, and Coulomb's law (7).
+# **You will learn** that friction remembers in the plane too: the same two forces, laid on in another order, stick elsewhere.
+# **You need** section 3.1.1, and {doc}`load_paths`.
 #
 # The cylinder is pressed with $P$ and pulled along the road with $Q = \tfrac34 \mu P$. Where pressure and shear do not
 # influence each other, Cattaneo and Mindlin find slip at both edges and a stick zone of half width $c$ in the middle,
@@ -12,21 +12,17 @@
 # $$ c = a \sqrt{1 - Q / (\mu P)} = \tfrac{a}{2}, \tag{15} $$
 #
 # and Carter, for steady rolling, the same two ellipses with the stick zone at the leading edge, here on the right. The
-# paper loads in two ways: *subsequent*, $P$ in ten steps, then $Q$ in ten; *initial*, both together in ten. Both act on a
-# rigid platen that does not tilt: under a free face the moment of Q, which pulls at the height R, would roll the cylinder.
-#
-# ## The two scenarios: figures 6 and 7
-#
-# An elastic body on a rigid road has Dundurs' $\beta = \frac{1 - 2 \nu}{2 (1 - \nu)} = 0.29$: pressing alone drags its
-# surface outwards. At the trailing edge (left) that adds to the shear due to Q, at the leading edge it has the other sign.
-# So in both scenarios the stick zone moves to the leading edge, and reaches it where P and Q grow together.
+# paper loads in two ways (figures 6 and 7): *subsequent*, $P$ in ten steps, then $Q$ in ten; *initial*, both together in ten. Both
+# act on a rigid platen that does not tilt. An elastic body on a rigid road has Dundurs' $\beta = \frac{1 - 2 \nu}{2 (1 - \nu)} = 0.29$:
+# pressing alone drags its surface outwards. At the trailing edge (left) that adds to the shear due to $Q$, at the leading edge it
+# has the other sign. So the stick zone moves to the leading edge, and reaches it where $P$ and $Q$ grow together.
 
 # %%
 from dataclasses import replace
 
 import numpy as np
 from harness.pictures import traction_figure
-from harness.readings import last_slip, note_laws, note_zone, read_patch, save_last_step
+from harness.readings import last_slip, note_laws, note_pulled, read_patch, save_last_step
 from harness.refusals import refusal
 from harness.scene import Scene
 
@@ -43,7 +39,6 @@ Q, part = 0.75 * mu * P, np.arange(1, 11) / 10
 
 @scene.assembly
 def under_platen(nu, friction):
-    """The half cylinder under its platen, which a frictionless road does not hold; P and Q on it."""
     elasticity = Elasticity(Body.from_grid(half_cylinder(R)), Isotropic(E, nu), mean_dilatation=nu > 0.4)
     push, pull = (elasticity.total_force("top", force) for force in ((0.0, -P), (Q, 0.0)))
     support = Support(elasticity.body).platen("top")
@@ -63,23 +58,15 @@ scenarios = {
 for number, (name, (loads, theory)) in enumerate(scenarios.items(), start=6):
     path = list(follow(pressed.problem, loads, tolerance=1e-11))
     patch, slip = read_patch(pressed, path[-1]), last_slip(pressed, path)
-    scene.result(f"p0[{name}]", patch.p.max(), "MPa", hertz.p0, "Hertz, frictionless")
-    note_zone(scene, "stick", name, patch.zone(Status.STICK))
-    note_zone(scene, "contact", name, patch.zone(Status.SLIP), hertz.a, "Hertz, frictionless")
-    scene.result(f"tangential_force_error[{name}]", abs(path[-1].contact_force[:, 0].sum() / Q + 1), "1", 0.0)
-    power = (patch.tau * slip).max()
-    scene.result(f"max_slip_power[{name}]", power, "MPa mm", 0.0, "friction opposes slip", "at most")
+    note_pulled(scene, name, patch, slip, hertz, path[-1], Q)
     note_laws(scene, name, pressed, path, (-Q, P), mu)
-    exact = theory | {"Cattaneo-Mindlin, (14)": mindlin.traction}
-    title = f"Figure {number}: {name} loading, the leading edge on the right"
+    exact, title = theory | {"Cattaneo-Mindlin, (14)": mindlin.traction}, f"{name} loading, towards the right"
     scene.figure(traction_figure(patch, mu, exact, hertz.a, title, slip=slip), f"figure_{number}")
     pressed.write(scene.out / f"{name}.xdmf", path[-1])
 save_last_step(scene.out / "problem.npz", pressed, path, loads[-1])
 
 # %% [markdown]
-# ## The coupling taken out: Cattaneo and Mindlin met
-#
-# Equations (14) and (15) leave out the shear from pressing (so P is laid on without friction, and friction switched on
+# **The coupling taken out: Cattaneo and Mindlin met.** Equations (14) and (15) leave out the shear from pressing (so P is laid on without friction, and friction switched on
 # where the nodes then are) and the influence of shear on pressure (so $\nu = 0.49$, where $\beta = 0.02$). Over the stick
 # zone mu p - |tau| is an ellipse, whose zeros locate c between the nodes. `reports/tangential_refinement.py` refines.
 
@@ -93,8 +80,8 @@ uncoupled = replace(rough.problem, tangential_reference=laid_on)
 patch = read_patch(rough, last)
 patch = patch._replace(x=patch.x - patch.width.centre)
 zone = contact_half_width(patch.x, mu * patch.p - abs(patch.tau), patch.status == Status.STICK)
-error = line_error(patch.x, abs(patch.tau), mindlin.traction)
 scene.result("c_over_a[uncoupled]", zone.interpolated / hertz.a, "1", 0.5, "eq. (15)")
+error = line_error(patch.x, abs(patch.tau), mindlin.traction)
 scene.result("tau_L2_error[uncoupled]", error, "1", 0.0, "eq. (14)")
 scene.result("patch_centre[uncoupled]", patch.width.centre, "mm", 0.0, "eq. (14)")
 scene.result("stick_centre[uncoupled]", zone.centre, "mm", 0.0, "eq. (14), from the middle of the patch")

@@ -4,7 +4,7 @@
 # **You will learn** that the loop in space is the loop in the plane with blocks of three instead of two, and how a
 # contact map is read. **You need** sections 3.1.1 and 3.1.2.
 #
-# The tyre of the paper's outlook is a body in space. A steel sphere of radius $R$ is pressed by $F$ on a rigid plane,
+# A steel sphere of radius $R$ is pressed by $F$ on a rigid plane,
 #
 # $$ a^3 = \frac{3 F R}{4 E^*}, \qquad p_0 = \frac{3 F}{2 \pi a^2}, \qquad
 #    p(r) = p_0 \sqrt{1 - r^2/a^2} \qquad \text{(Hertz)}, \tag{a} $$
@@ -14,7 +14,8 @@
 # $$ c = a \left(1 - \frac{Q}{\mu F}\right)^{1/3} \qquad \text{(Mindlin)}. \tag{b} $$
 #
 # The lower half of the ball is meshed with nested hexahedra: a block at the contact within growing shells. By symmetry
-# a quarter of it will do for F, and a half for Q along x. Its flat face is a rigid platen.
+# a quarter of it will do for F, and a half for Q along x. Its flat face is a rigid platen. (a) puts the squares of the
+# pressures on a parabola over r; where it ends is a.
 
 # %%
 from dataclasses import replace
@@ -36,7 +37,6 @@ hertz, SHARE = HertzSphere(F, R, E, nu), {"quarter": 1 / 4, "half": 1 / 2}
 
 @scene.assembly
 def ball(part, refinements, friction=None):
-    """Put a part of the half ball on the plane, with its share of F."""
     elasticity = Elasticity(Body.from_grid(half_ball(R, part), refinements), Isotropic(E, nu))
     support = Support(elasticity.body).platen("top").fix("y0", y=0.0)
     if friction is None:  # no push
@@ -47,9 +47,6 @@ def ball(part, refinements, friction=None):
 
 
 # %% [markdown]
-# **Pressed.** By (a) the squares of the pressures lie on a parabola over r; where it ends is a.
-
-# %%
 for refinements in (1, 2):
     pressed = ball("quarter", refinements)
     solution = solve(pressed.problem, "multigrid", tolerance=1e-8)

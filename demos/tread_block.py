@@ -4,8 +4,8 @@
 # **You will learn** to read a road from a file, to follow a load path over it, and why the real contact area is not the
 # nominal one. **You need** section 3.1.2; nearly incompressible materials are explained as we go.
 #
-# What a tyre does with the road, in small: rubber blocks with grooves between them are pressed on a rough road by a rigid
-# platen, and the road is pulled away below them. At each step the displacement and the forces satisfy $K u = b + f$ and
+# Rubber blocks with grooves between them are pressed on a rough road by a rigid platen, and the road is pulled away below
+# them. At each step the displacement and the forces satisfy $K u = b + f$ and
 #
 # $$ g(x + u) \ge 0, \qquad p \ge 0, \qquad p\,g = 0, \qquad |\tau| \le \mu p, \tag{5, 6, 7} $$
 #
@@ -29,7 +29,7 @@ from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, SmoothRoad, read_samples, tread_block
-from model import BodyOnRoad, Series, solve
+from model import BodyOnRoad, solve
 
 scene = Scene("tread_block", "A rubber tread block pressed on a rough road and dragged over it.")
 scene.built("K").left_out("M", "C", "gmsh", "pyvista")
@@ -40,8 +40,9 @@ steps, spacing = ((8, 16), 1.0) if scene.quick else ((20, 80), 0.5)  # pressing 
 
 @scene.assembly
 def tread(road):
-    """Three blocks of 8 mm with grooves of 2 mm, 6 mm deep, under a platen with one unit of force on it."""
-    body = Body.from_grid(tread_block((3,), (8.0,), (2.0,), 6.0, 4.0, spacing))
+    body = Body.from_grid(
+        tread_block((3,), (8.0,), (2.0,), 6.0, 4.0, spacing)
+    )  # 3 blocks of 8 mm, grooves 2 x 6 mm
     elasticity = Elasticity(body, Isotropic(E, nu), mean_dilatation=True)
     support = Support(body).platen("top").fix("top", x=0.0)
     system = elasticity.system(elasticity.total_force("top", (0.0, -1.0)), support)
@@ -58,14 +59,11 @@ heights = rough_heights(x, 0.15, (3.0, 25.0), power=0.8)
 write_profile(scene.out / "road.csv", x, heights - heights.max())
 profile = SmoothRoad.through(*read_samples(scene.out / "road.csv"))
 rubber, flat = tread(profile), tread(Plane())
-first = replace(
-    rubber.problem, b=pressure * rubber.area.sum() * rubber.problem.b
-)  # on the planes nearest at rest
+full = pressure * rubber.area.sum() * rubber.problem.b
+first = replace(rubber.problem, b=full)  # on the planes nearest at rest
 first.save(scene.out / "problem.npz", solve(first, "direct"))  # for any other solver
 
-series = Series(scene.out / "tread.xdmf", rubber.elasticity.body)
-keep = lambda step, solution: series.write(step, *rubber.fields(solution))  # noqa: E731
-path = press_and_drag(scene, "2-D", rubber, profile, pressure, sliding, steps, keep)
+path = press_and_drag(scene, "2-D", rubber, profile, pressure, sliding, steps, scene.out / "tread.xdmf")
 on_flat = press_and_drag(scene, "flat road", flat, Plane(), pressure, sliding, steps)
 paths = {"rough road": path, "flat road": on_flat}
 stress = [rubber.elasticity.von_mises(rubber.displacement(solution)) for solution in path.solutions]
@@ -76,10 +74,10 @@ begins = steps[0] + steps[1] * 3 // 8 - 1  # 1.5 mm: it begins to slide
 scene.figure(stick_slip_along_the_road(rubber, path, begins, stress[begins], profile), "stick_and_slip_2d")
 
 # %% [markdown]
-# The blocks stick up to about 1 mm and slide altogether from 2.4 mm on; stick lasts longest at the leading edge of each block
-# and on the summits. The strains at the corners are beyond what linear strain is true to: the program says so.
+# The blocks stick up to about 1 mm and slide altogether from 2.4 mm on; stick lasts longest on the summits. The strains at the
+# corners are beyond what linear strain is true to: the program says so.
 #
-# **In ParaView**, open `tread.xdmf`, *Warp By Vector* on `displacement`, colour by `status`, and play: stick (2) goes out.
+# **In ParaView**, open `tread.xdmf`, and `tread_road.xdmf`, which moves, *Warp By Vector* on both, colour by `status`, and play.
 #
 # ## Exercises
 #

@@ -25,6 +25,7 @@ def test_quick_ring(quick):
         "force.png",
         "energy_ledger.png",
         "ring.xdmf",
+        "ring_road.h5",
         "road.csv",
     ):
         assert (out / name).stat().st_size > 1000

@@ -42,6 +42,11 @@ def test_quick_demo(quick):
         assert np.count_nonzero(problem["contact_force"][:, 1]) > 5
 
 
+def test_the_road_is_there_too(quick):
+    road = pyvista.read(quick.out / "ring_mu=0.1_road.xdmf")
+    assert not np.asarray(road["height"]).any() and np.ptp(road.points[:, 0]) > 10.0
+
+
 def test_series_for_paraview(quick):
     """Names and meanings are those of statics: status 0 where nothing touches, pressure where it does."""
     reader = pyvista.get_reader(quick.out / "ring_mu=0.1.xdmf")

@@ -18,5 +18,7 @@ def test_quick_tread(quick):
     assert len(read_samples(out / "road.csv")[0]) == 300
     for name in ("area_and_friction.png", "stick_and_slip_2d.png", "problem.npz", "tread.xdmf"):
         assert (out / name).stat().st_size > 1000
+    for name in ("tread", "tread_road"):
+        assert (out / f"{name}.xdmf").read_text().count("<Time") == 24
     with np.load(out / "problem.npz") as problem:
         assert problem["displacement"].shape == problem["coordinates"].shape

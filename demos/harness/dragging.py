@@ -1,13 +1,14 @@
 """A body pressed on a road that is then pulled away below it: the path, and what is noted of it."""
 
-from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from geometry import MovingRoad
+from harness.motion import beside
 from harness.scene import Scene
-from model import ContactSolver
+from model import ContactSolver, Series, write_road
 from model.quasistatics.curved_contact import CurvedContact
 
 
@@ -41,7 +42,7 @@ def press_and_drag(
     pressure: float,
     sliding: float,
     steps: tuple[int, int],
-    on_step: Callable[[int, Any], None] | None = None,
+    file: Path | None = None,
 ) -> Dragged:
     """Press a body with a unit load on a road in some steps, then pull the road away along -x in some more.
 
@@ -59,8 +60,8 @@ def press_and_drag(
     sliding : float
         Way of the road.
     steps : (pressing, dragging)
-    on_step : callable, optional
-        Gets the number of each step and its solution.
+    file : Path, optional
+        NAME.xdmf for the fields of each step; the road as it moves goes to NAME_road.xdmf.
     """
     total, points = pressed.area.sum(), pressed.points
     moving = MovingRoad(road, -np.eye(points.shape[1])[0])  # its time is the way
@@ -69,6 +70,7 @@ def press_and_drag(
     contact = CurvedContact(ContactSolver(pressed.problem, "direct"), points)
     path = contact.follow(moving, zip(ways, loads[:, None, None] * pressed.problem.b), tolerance=1e-8)
     solutions, friction, area, off, rounds = [], [], [], 0.0, 0
+    series = Series(file, pressed.elasticity.body) if file else None
     for step, solution in enumerate(scene.progress(path, name, len(ways))):
         touching, force = solution.status > 0, solution.contact_force.sum(axis=0)
         solutions.append(solution)
@@ -78,8 +80,14 @@ def press_and_drag(
         at = points + solution.displacement[pressed.problem.contact_nodes]
         off = max(off, np.abs(pressed.road.closest(at[touching])[0]).max())
         rounds += len(contact.distances)
-        if on_step is not None:
-            on_step(step + 1, solution)
+        if series:
+            series.write(step + 1, *pressed.fields(solution))
+    if file:
+        below = points + sliding * np.eye(points.shape[1])[0]  # where the road comes from
+        steps_of_road = MovingRoad(
+            road, lambda step: -ways[max(round(step) - 1, 0)] * np.eye(points.shape[1])[0]
+        )
+        write_road(beside(file), steps_of_road, np.concatenate([points, below]), range(1, len(ways) + 1))
     length = np.ptp(pressed.problem.coordinates, axis=0).max()
     scene.result(f"off_the_road[{name}]", off / length, "body lengths", 1e-12, "wanted", "at most")
     residual = max(s.residual for s in solutions)

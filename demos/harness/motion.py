@@ -93,7 +93,7 @@ def keeping(
     """Return what keeps the states of a run, and the snapshots that it fills.
 
     Every so many steps it writes fields to an XDMF file, and seldom keeps the displacement (N, dim) by time (s); the
-    body touches with its boundary "outer".
+    body touches with its boundary "outer". The road is left to others: what lies below a long way is known at its end.
     """
     series, snapshots = Series(path, elasticity.body), {}
 
@@ -136,6 +136,27 @@ def note_motion(scene: Scene, key: str, run: History, kinetic: float, fall: floa
     scene.result(f"min_gap[{key}]", run["lowest_gap"].min(), "m", 0.0, "eq. (5)")
     scene.result(f"max_coulomb_violation[{key}]", run["cone"].max(), "N/m, nodal force", 0.0, "eq. (7)")
     scene.result(f"momentum_error[{key}]", run["momentum_error"].max(), "N s/m", 0.0, "weight and road")
+
+
+def note_energy(scene: Scene, newmark: Sequence[History], runs: Sequence[History], kinetic: float) -> None:
+    """Note how a falling body keeps its energy and its momentum: by Newmark's method at impact, by all in flight.
+
+    Parameters
+    ----------
+    scene : Scene
+    newmark, runs : sequence of History
+        Those by Newmark's method, and all.
+    kinetic : float
+        Energy at the start (J/m).
+    """
+    of_start = "of the initial kinetic energy"
+    identity = max(np.abs(run["gain"] - run["numerical"]).max() for run in newmark) / kinetic
+    flying = max(np.abs(run["gain"][run["contacts"].cumsum() == 0]).max() for run in runs) / kinetic
+    drift, start = max(run["momentum_error"].max() for run in runs), newmark[0]["kinetic"][0]
+    scene.result("newmark_energy_identity_error", identity, of_start, 0.0, "equation (*)")
+    scene.result("free_flight_energy_error", flying, f"{of_start}, in a step", 0.0, "all schemes")
+    scene.result("kinetic_energy_at_start", start, "J/m", kinetic, "rho pi (R^2 - r^2) v^2 / 2")
+    scene.result("momentum_error", drift, "N s/m", 0.0, "all")
 
 
 def note_impact(scene: Scene, name: str, run: History, exact: Any) -> None:

@@ -145,3 +145,15 @@ def note_zone(
     for end, place, sign in zip(("from", "to"), zone, (-1, 1)):
         exact = None if half_width is None else sign * half_width
         scene.result(f"{key}_{end}[{name}]", place, "mm", exact, source)
+
+
+def note_pulled(
+    scene: Scene, name: str, patch: Patch, slip: np.ndarray, hertz: Any, last: Any, Q: float
+) -> None:
+    """Note peak, stick zone and contact zone of a patch that is pulled along by Q, and that friction opposes slip."""
+    scene.result(f"p0[{name}]", patch.p.max(), "MPa", hertz.p0, "Hertz, frictionless")
+    note_zone(scene, "stick", name, patch.zone(Status.STICK))
+    note_zone(scene, "contact", name, patch.zone(Status.SLIP), hertz.a, "Hertz, frictionless")
+    scene.result(f"tangential_force_error[{name}]", abs(last.contact_force[:, 0].sum() / Q + 1), "1", 0.0)
+    power = (patch.tau * slip).max()
+    scene.result(f"max_slip_power[{name}]", power, "MPa mm", 0.0, "friction opposes slip", "at most")

@@ -6,6 +6,7 @@ import numpy as np
 
 from geometry import SmoothRoad
 from harness.scene import Scene
+from model import write_xdmf
 from model.atomic_file import write_aside
 
 
@@ -50,6 +51,17 @@ def write_profile(path: Path, x: np.ndarray, heights: np.ndarray) -> None:
     """Write positions and heights (m,) to a CSV file with a line of names."""
     with write_aside(path) as aside:
         np.savetxt(aside, np.stack([x, heights], axis=1), delimiter=",", header="x,height")
+
+
+def write_profile_for_paraview(path: Path, profile: SmoothRoad, x: np.ndarray) -> None:
+    """Write a profile at positions (m,) as a line with height and normal, NAME.xdmf, for ParaView."""
+    from model.results.xdmf import FacetMesh
+
+    points = np.stack([x, profile.height(x[:, None])], axis=1)
+    count = np.arange(len(x) - 1)
+    mesh = FacetMesh(points, np.stack([count, count + 1], axis=1))
+    normal = profile.closest(points)[1]
+    write_xdmf(path, mesh, {"height": points[mesh.order, 1], "normal": normal[mesh.order]})
 
 
 def note_profile(scene: Scene, x: np.ndarray, heights: np.ndarray, profile: SmoothRoad) -> None:
