@@ -263,11 +263,3 @@ def test_springs_bear_what_hangs_on_them_and_dashpots_end_the_swing():
 def test_bad_springs_are_refused(add, words):
     with pytest.raises(ValueError, match=words):
         add(Support(Body.from_grid(rectangle(1.0, 1.0, 2, 2))))
-
-
-def test_a_moving_road_in_time_steps_says_what_to_do():
-    elasticity = Elasticity(Body.from_grid(rectangle(1.0, 1.0, 2, 2)), Isotropic(1.0, 0.3))
-    system = elasticity.system(np.zeros((9, 2)), density=1.0)
-    contact = BodyOnRoad(system, "bottom", MovingRoad(Plane(), (1.0, 0.0)))
-    with pytest.raises(ValueError, match="velocity -v of the body"):
-        MovingBody.from_contact(contact)

@@ -88,7 +88,7 @@ class MovingRoad:
         centre: ArrayLike | None = None,
         axis: ArrayLike | None = None,
     ):
-        self.road, self.turn = road, turn
+        self.road, self.turn = _at_rest(road, self), turn
         if velocity is None and turn is None:
             raise ValueError("The road does not move; give its velocity or its turn.")
         self.path = velocity if callable(velocity) else None
@@ -154,7 +154,7 @@ class RoadSeenFromAfar:
     """
 
     def __init__(self, road: Road, summit: float, reach: float):
-        self.road, self.summit, self.reach = road, float(summit), float(reach)
+        self.road, self.summit, self.reach = _at_rest(road, self), float(summit), float(reach)
         if not (np.isfinite(self.summit) and self.reach > 0):
             raise ValueError(
                 f"The road's summit is {summit} and its reach {reach}; both must be finite, the reach > 0."
@@ -185,7 +185,7 @@ class ExtrudedRoad:
     """
 
     def __init__(self, road: Road):
-        self.road = road
+        self.road = _at_rest(road, self)
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, 3) and closest point (n, 3) for points (n, 3)."""
@@ -193,6 +193,17 @@ class ExtrudedRoad:
         gap, in_plane, foot = self.road.closest(points[:, [0, 2]])
         normal = np.insert(in_plane, 1, 0.0, axis=1)
         return gap, normal, np.insert(foot, 1, points[:, 1], axis=1)
+
+
+def _at_rest(road: Road, maker: object) -> Road:
+    """Refuse a road that moves where only one at rest can be taken."""
+    if hasattr(road, "at"):
+        kind = type(maker).__name__
+        raise ValueError(
+            f"{kind} takes a road at rest, but this {type(road).__name__} moves; let the whole move: "
+            f"MovingRoad({kind}(...), ...)."
+        )
+    return road
 
 
 def _finite(name: str, vector: ArrayLike) -> np.ndarray:

@@ -79,7 +79,7 @@ class CentralDifferences(TimeIntegrator):
         u1, speed = before.displacement + change, change / dt
         a1 = self.body.missing_force((before.step + 1) * dt, u1, speed) / self._lumped.reshape(u1.shape)
         v1 = speed + (0.5 * dt) * a1
-        work = self.work(touch.force, change, before.gap, touch.gap)
+        work = self.work(touch.force, change, before, touch.gap)
         work.damping = self.damping_work(speed, change)
         work.numerical = np.nan
         return self.after(

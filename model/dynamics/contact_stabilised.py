@@ -52,7 +52,8 @@ class ContactStabilised(Midpoint):
         """Return the projected guess, less u0, and the forces of the projection."""
         moved = self.dt * before.velocity
         gap, normal = self.ground(before)
-        below = gap + np.einsum("ca,ca->c", normal, moved[self.body.contact_nodes])
+        way = moved[self.body.contact_nodes] - self.way(before)
+        below = gap + np.einsum("ca,ca->c", normal, way)
         if below.min() >= 0.0:
             return moved, None
         projection = self.touch(before, moved, self._no_force, solver="projection")

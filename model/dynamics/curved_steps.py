@@ -4,6 +4,9 @@ A scheme by itself takes the road for the planes at the nodes as the step begins
 road, and off it by curvature times way squared on another. There any scheme gets iterations like those of
 `CurvedContact` instead, so that every node that touches ends the step on the road.
 
+On a road that moves all is as on one at rest, seen by who goes with it: gaps are to where it is at the end of
+the step, and who sticks is carried.
+
 The schemes built on the midpoint rule gain no energy on a road that bends either, since their forces work
 on the change of the gap alone (see `model.curved.tangent_planes`): mass redistribution to the last digit, and
 contact-stabilised Newmark but for a remainder, from its projection, which does not know where the step ends;
@@ -40,14 +43,19 @@ class FollowsRoad(TimeIntegrator):
 
         Nodes stick at the point of the road nearest to where they were as the step began.
         """
-        nodes, step = self.body.contact_nodes, self.solvers[solver]
-        was = self.body.coordinates[nodes] + before.displacement[nodes]
+        body, step = self.body, self.solvers[solver]
+        nodes, end = body.contact_nodes, (before.step + 1) * self.dt
+        was, road = body.positions(before.displacement), body.road_at(end)
         guessed = was + moved[nodes]
-        sticking = None if step.loop.friction is None else was
+        carried = was + self.way(before)
+        sticking = None if step.loop.friction is None else carried
         near = ON_ROAD * float(np.ptp(self.body.coordinates, axis=0).max())
         b = self.driven(before, moved, b, solver)
-        since = (*self.ground(before), was) if isinstance(self, Midpoint) and solver == "step" else None
-        planes = RoadPlanes(self.body.road, guessed, sticking, softness(step.loop), near, since)
+        since = None
+        if isinstance(self, Midpoint) and solver == "step":
+            gap, normal = self.ground(before)
+            since = gap, road.closest(carried)[1] if body.road_moves else normal, carried
+        planes = RoadPlanes(road, guessed, sticking, softness(step.loop), near, since)
         last, touch = before, None
         for self.iterations in range(1, ITERATIONS + 1):
             gap = planes.gaps(guessed)
@@ -61,7 +69,7 @@ class FollowsRoad(TimeIntegrator):
 
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) and normal (n, d) under the body; only rounding is taken out."""
-        gap, normal = self.body.gaps(state.displacement)
+        gap, normal = self.body.gaps(state.displacement, state.time)
         forget_rounding(gap, state.status, 1e-14 * self.body.size)
         return gap, normal
 
@@ -71,7 +79,7 @@ class FollowsRoad(TimeIntegrator):
         near, added = ON_ROAD * float(np.ptp(self.body.coordinates, axis=0).max()), 0.0
         for _ in range(ITERATIONS):
             added += super()._settle(state)  # type: ignore[misc]
-            gap, normal = self.body.gaps(state.displacement)
+            gap, normal = self.body.gaps(state.displacement, state.time)
             turn, in_contact = normal - massless.loop.normal, state.status != Status.FREE
             off, turned = (np.abs(x[in_contact]).max(initial=0.0) for x in (gap, turn))
             if off <= near and turned <= 10 * self.tolerance:

@@ -88,7 +88,7 @@ class GeneralisedAlpha(TimeIntegrator):
         lagging = before.contact_force if before.memory is None else before.memory
         leading = (touch.force - self.alpha_m * lagging) / (1.0 - self.alpha_m)
         mean = (1.0 - gamma) * lagging + gamma * leading
-        work = self.work(mean, change, before.gap, touch.gap)
+        work = self.work(mean, change, before, touch.gap)
         work.damping = self.damping_work(0.5 * (v0 + v1), change)
         work.numerical = np.nan
         return self.after(

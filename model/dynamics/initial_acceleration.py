@@ -48,14 +48,16 @@ def consistent_acceleration(
         return mass_inverse(body.M, r), force, status
     nodes = body.contact_nodes[in_contact]
     epsilon = 2.0**-20 * dt
-    leaving = np.maximum(np.einsum("ca,ca->c", normal[in_contact], v[nodes]), 0.0)
+    speed, rate = road_rates(body, body.positions(u)[in_contact], dt)
+    relative = v[nodes] - speed - epsilon * rate
+    leaving = np.maximum(np.einsum("ca,ca->c", normal[in_contact], relative), 0.0)
     friction: Any = body.friction
     law = friction if friction is None else friction.of(in_contact)
     problem = ContactProblem(
-        body.M / epsilon, r, body.coordinates, nodes, normal[in_contact], leaving, law, -v[nodes]
+        body.M / epsilon, r, body.coordinates, nodes, normal[in_contact], leaving, law, -relative
     )
     solver = ContactSolver(problem, "direct", progress=False)
-    places = body.places(SimpleNamespace(displacement=u))[in_contact]
+    places = body.places(SimpleNamespace(displacement=u, time=0.0))[in_contact]
     solution = solver.solve(tolerance=1e-12, places=places)
     address = None if law is None else law.address
     rate = np.empty(in_contact.size)
@@ -64,6 +66,14 @@ def consistent_acceleration(
         return mass_inverse(body.M, r), force, status
     force[in_contact], status[in_contact] = pushes, decided
     return change / epsilon, force, status
+
+
+def road_rates(body: MovingBody, points: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity and acceleration (n, d) at time 0 of points of the road, by differences of second order."""
+    g = [body.carried(points, 0.0, 0.5 * dt * k) for k in range(4)]
+    return (4.0 * g[1] - 3.0 * g[0] - g[2]) / dt, (2.0 * g[0] - 5.0 * g[1] + 4.0 * g[2] - g[3]) / (
+        0.5 * dt
+    ) ** 2
 
 
 def mass_inverse(M: Any, r: np.ndarray) -> np.ndarray:

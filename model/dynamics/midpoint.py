@@ -42,7 +42,7 @@ class Midpoint(TimeIntegrator):
         touch = self.touch(before, moved, b)
         v1 = v0 + (2.0 / dt) * touch.increment
         change = moved + touch.increment
-        work = self.work(touch.force, change, before.gap, touch.gap)
+        work = self.work(touch.force, change, before, touch.gap)
         work.damping = self.damping_work(change / dt, change)
         work.numerical = work.normal if push is None else work.normal - float(push @ touch.gap)
         return self.after(

@@ -38,7 +38,9 @@ class MovingBody:
     contact_nodes : (n,)
         Nodes that may touch the road.
     road : Road
-        Its `closest(points)` returns gap, normal and closest point.
+        Its `closest(points)` returns gap, normal and closest point. One that moves, say a `MovingRoad`, has
+        `at(time)`, the road as it is then, and `carried(points, start, end)`: where points that go with it
+        come to be.
     C : sparse (N d, N d), optional
         Damping, symmetric and positive semi-definite.
     friction : FrictionLaw, float or None
@@ -107,11 +109,6 @@ class MovingBody:
             A = bsr_array(A, blocksize=(self.dim, self.dim))
             A.sort_indices()
             setattr(self, name, A)
-        if hasattr(self.road, "at"):
-            raise ValueError(
-                "The road moves, but in time steps it must rest: a road of constant velocity v is the same "
-                "scene with the velocity -v of the body; else prescribe the motion of the body's supports."
-            )
         self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
         self.friction = as_law(self.friction)
         self._at_rest = self.coordinates[self.contact_nodes]
@@ -277,15 +274,35 @@ class MovingBody:
         """Stiffness (N d, N d) at displacement u (N, d)."""
         return self.K
 
-    def gaps(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gap (n,) to the road and normal (n, d) of the nodes that may touch, at displacement u (N, d)."""
-        gap, normal, _ = self.road.closest(self._at_rest + u[self.contact_nodes])
+    def positions(self, u: np.ndarray) -> np.ndarray:
+        """Positions (n, d) of the nodes that may touch, at displacement u (N, d)."""
+        return self._at_rest + u[self.contact_nodes]
+
+    def gaps(self, u: np.ndarray, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Gap (n,) to the road at a time and normal (n, d) of the nodes that may touch, at u (N, d)."""
+        gap, normal, _ = self.road_at(time).closest(self.positions(u))
         return gap, normal
 
+    @property
+    def road_moves(self) -> bool:
+        """Whether the road is another one at another time."""
+        return hasattr(self.road, "at")
+
+    def road_at(self, time: float) -> Any:
+        """Return the road as it is at a time."""
+        return self.road.at(time) if self.road_moves else self.road
+
+    def carried(self, points: np.ndarray, start: float, end: float) -> np.ndarray:
+        """Where points (n, d) that go with the road from a time on are at another."""
+        return self.road.carried(points, start, end) if self.road_moves else points
+
     def places(self, state: Any) -> np.ndarray:
-        """Points (n, d) of the road nearest to the nodes that may touch, at a state of motion."""
-        at = self._at_rest + state.displacement[self.contact_nodes]
-        return np.asarray(self.road.closest(at)[2])
+        """Points (n, d) of the road nearest to the nodes that may touch at a state of motion.
+
+        Of a road that moves, as they lie at time 0.
+        """
+        foot = self.road_at(state.time).closest(self.positions(state.displacement))[2]
+        return np.asarray(self.carried(foot, state.time, 0.0))
 
     @cached_property
     def size(self) -> float:

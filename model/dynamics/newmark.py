@@ -77,7 +77,7 @@ class Newmark(TimeIntegrator):
         v1 = speed + (dt * gamma) * a1
         change = moved + touch.increment
         mean = (1.0 - gamma) * before.contact_force + gamma * touch.force
-        work = self.work(mean, change, before.gap, touch.gap)
+        work = self.work(mean, change, before, touch.gap)
         work.damping = self.damping_work(0.5 * (v0 + v1), change)
         work.numerical = work.normal if (beta, gamma) == (0.25, 0.5) else np.nan
         return self.after(

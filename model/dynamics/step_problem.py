@@ -3,6 +3,8 @@
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
+
 from model.dynamics.time_integrator import State, TimeIntegrator
 from model.problem.contact_problem import ContactProblem
 
@@ -29,6 +31,9 @@ def step_problem(integrator: TimeIntegrator, before: State) -> tuple[ContactProb
     moved, b, touch = integrator.posed
     body, A = integrator.body, integrator.effective_matrix()
     gap, normal = integrator.ground(before)
+    way = integrator.way(before)
+    if body.road_moves:
+        gap, normal = body.gaps(before.displacement, (before.step + 1) * integrator.dt)
     problem = ContactProblem(
         A,
         b + (A @ moved.ravel()).reshape(b.shape),
@@ -37,7 +42,9 @@ def step_problem(integrator: TimeIntegrator, before: State) -> tuple[ContactProb
         normal,
         gap,
         body.friction,
+        tangential_reference=np.zeros_like(normal) + way,
         prolongations=body.prolongations,
+        interference=body.road_moves,
     )
     return problem, SimpleNamespace(displacement=moved + touch.increment, contact_force=touch.force)
 

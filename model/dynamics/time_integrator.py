@@ -41,6 +41,8 @@ class Work:
         Work of the damping forces, never positive.
     load : float
         Work of changing loads beyond that of the scheme's mean load.
+    road : float
+        Work that a road does by moving: forces times the way that it carries what they act on.
     impulse : (d,)
         Impulse of the road.
     numerical : float
@@ -53,6 +55,7 @@ class Work:
     load: float = 0.0
     impulse: Any = 0.0
     numerical: float = 0.0
+    road: float = 0.0
 
 
 @dataclass
@@ -348,6 +351,14 @@ class TimeIntegrator(ABC):
         self.posed = moved, b, touch
         return touch
 
+    def way(self, before: State) -> np.ndarray | float:
+        """How far (n, d) a moving road carries the nodes that may touch in the step after `before`."""
+        body = self.body
+        if not body.road_moves:
+            return 0.0
+        was = body.positions(before.displacement)
+        return body.carried(was, before.step * self.dt, (before.step + 1) * self.dt) - was
+
     def driven(self, before: State, moved: np.ndarray, b: np.ndarray, solver: str) -> np.ndarray:
         """Return b (N, d) such that prescribed unknowns end the step where their motion is then."""
         body = self.body
@@ -369,7 +380,7 @@ class TimeIntegrator(ABC):
 
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) and normal (n, d) under the body; gaps of nodes that touch are 0, whatever rounding."""
-        gap, normal = self.body.gaps(state.displacement)
+        gap, normal = self.body.gaps(state.displacement, state.time)
         forget_rounding(gap, state.status, 1e-12 * self.body.size)
         return gap, normal
 
@@ -398,18 +409,22 @@ class TimeIntegrator(ABC):
             return body.load_at(before.time)
         return 0.5 * (body.load_at(before.time) + body.load_at(before.time + self.dt))
 
-    def work(self, force: np.ndarray, change: np.ndarray, before: np.ndarray, after: np.ndarray) -> Work:
+    def work(self, force: np.ndarray, change: np.ndarray, before: State, gap: np.ndarray) -> Work:
         """Work and impulse of a mean contact force (n, d) while the body moves by `change` (N, d).
 
-        Along the normals by the gaps (n,) before and after, which are exactly 0 in contact.
+        Along the normals by the gaps (n,) before and after, which are exactly 0 in contact. Of a road that
+        moves, what the body does relative to it counts as such work, and the rest as the road's.
         """
         impulse = np.zeros(force.shape[1])
         if not force.any():
             return Work(impulse=impulse)
         loop = self.solvers["step"].loop
-        opening = (after - before) / loop.part  # along what of the normals the loop sees
+        opening, way = (gap - before.gap) / loop.part, self.way(before)  # along what of the normals it sees
+        if np.any(way):
+            change = change.copy()
+            change[self.body.contact_nodes] -= way
         normal, friction = contact_work(loop.contact, force, change, opening, impulse)
-        return Work(normal, friction, impulse=self.dt * impulse)
+        return Work(normal, friction, impulse=self.dt * impulse, road=float(np.sum(force * way)))
 
     def damping_work(self, speed: np.ndarray, change: np.ndarray) -> float:
         """Work of the damping forces C speed over the displacement `change`, both (N, d)."""

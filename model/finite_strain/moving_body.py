@@ -40,6 +40,11 @@ class FiniteBody(MovingBody):
     def _of(cls, system: Any, nodes: np.ndarray, road: Any, friction: Any, limits: Any) -> "FiniteBody":
         if system.elastic is None:
             raise ValueError("FiniteBody is for forms.Hyperelasticity; linear strain takes MovingBody.")
+        if hasattr(road, "at"):
+            raise ValueError(
+                "The road moves, but under a body of finite strain it must rest; prescribe the motion of the "
+                "body's supports, or take linear strain."
+            )
         if system.C is not None:
             raise ValueError(
                 "Rayleigh's damping would resist rotation: it is for linear strain; leave it out."

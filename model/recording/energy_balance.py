@@ -89,7 +89,7 @@ class Ledger:
         entry.contact_work = last.contact_work + work.normal
         change = after.displacement - before.displacement
         load = integrator.mean_load(before)
-        entry.load_work = last.load_work
+        entry.load_work = last.load_work + work.road
         if callable(integrator.body.load):
             entry.load_work += entry.potential - last.potential + float(np.vdot(load, change)) + work.load
         entry.total = entry.kinetic + entry.strain + entry.potential
