@@ -92,7 +92,7 @@ def test_a_slider_that_slips_at_k_s_equal_mu_s_n_sticks_and_slips_again():
         force.append(k * state.displacement[:2, 0].mean())
     peak = int(np.argmax(force))
     assert force[peak] == pytest.approx(0.3 * weight, rel=0.01)
-    assert peak * scheme.dt == pytest.approx(0.3 * weight / (k * speed), rel=0.01)
+    assert peak * scheme.dt == pytest.approx(0.3 * weight / (k * speed), rel=0.02)
     assert min(force[peak:]) == pytest.approx((2 * 0.2 - 0.3) * weight, rel=0.1)
 
 
