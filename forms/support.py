@@ -280,8 +280,8 @@ def _with_diagonal(A: sparse.bsr_array, values: np.ndarray) -> sparse.bsr_array:
 
 
 def _finite(value: float, where: str) -> float:
-    if not np.isfinite(value):
-        raise ValueError(f"The prescribed displacement {where} is {value}; it must be a finite number.")
+    if not (isinstance(value, int | float | np.number) and np.isfinite(value)):
+        raise ValueError(f"The prescribed displacement {where} is {value!r}; it must be a finite number.")
     return value
 
 

@@ -242,6 +242,8 @@ class System:
                     "facets, say tags.find(2)."
                 )
             return self.body.facet_indices(names)
+        if any(isinstance(name, str | list | tuple | set | dict) for name in names):
+            raise ValueError(f"Facets are {facets!r}; give names of boundaries, or indices of facets.")
         indices = np.unique(np.asarray(facets))
         if indices.size == 0:
             raise ValueError(

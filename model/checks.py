@@ -1,6 +1,7 @@
-"""Input checks shared by the closed forms: one sentence a wrong argument."""
+"""Input checks that many share: one sentence a wrong argument."""
 
 from numbers import Real
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +29,22 @@ def poisson_ratio(nu: float, highest: float = 0.5) -> None:
     """
     if not (isinstance(nu, Real) and -1 < nu <= highest):
         raise ValueError(f"nu must be greater than -1 and at most {highest:g}, not {nu!r}.")
+
+
+def is_road(road: Any) -> None:
+    """Refuse what is no road.
+
+    Raises
+    ------
+    ValueError
+        Naming its type.
+    """
+    if not (hasattr(road, "closest") or hasattr(road, "at")):
+        raise ValueError(
+            f"The road is of type {type(road).__name__}; give one of geometry's, say Plane(), SeveralRoads(...) "
+            "of some, or whatever has closest(points); files and arrays become roads by read_samples, "
+            "LinearRoad, SurfaceRoad and their like."
+        )
 
 
 def tangential_load(Q: float, limit: float) -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Grid, LinearRoad, Plane, box, half_cylinder, rectangle
-from model import BodyOnRoad, ContactProblem, solve
+from model import BodyOnRoad, ContactProblem, MovingBody, solve
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +53,25 @@ def test_roads_of_another_dimension(elasticity):
     with pytest.raises(ValueError, match="LinearRoad has 2 dimensions.*ExtrudedRoad"):
         BodyOnRoad(system, "bottom", LinearRoad([0.0, 1.0], [0.0, 0.0]))
     assert BodyOnRoad(system, "bottom", Plane()).problem.gap.max() < 1e-15
+
+
+@pytest.mark.parametrize("road", [None, "road.csv", np.zeros((3, 2))])
+def test_roads_that_are_none(elasticity, road):
+    system = elasticity.system(np.zeros((9, 2)), density=1.0)
+    with pytest.raises(ValueError, match="The road is of type .*Plane()"):
+        BodyOnRoad(system, "bottom", road)
+    with pytest.raises(ValueError, match="The road is of type .*Plane()"):
+        MovingBody.from_forms(elasticity, 1.0, np.zeros((9, 2)), road, "bottom")
+
+
+def test_names_in_names_and_words_for_numbers(elasticity):
+    system = elasticity.system(np.zeros((9, 2)))
+    with pytest.raises(ValueError, match="give names of boundaries, or indices of facets"):
+        BodyOnRoad(system, [["bottom"], "left"], Plane())
+    with pytest.raises(ValueError, match="mu is 'rough', but"):
+        BodyOnRoad(system, "bottom", Plane(), friction="rough")
+    with pytest.raises(ValueError, match="on 'top' is '0'; it must be a finite number"):
+        Support(elasticity.body).fix("top", x="0")
 
 
 @pytest.mark.parametrize("density", [0.0, -1.0, np.nan])

@@ -94,6 +94,8 @@ class _Abaqus:
         self.spelling: dict[str, str] = {}
         self.surfaces: dict[str, list[list[int]]] = {}
         self.instances = 0
+        self.skipped: set[int] = set()  # labels of elements of other types
+        self.named: list[tuple[str, str, int]] = []  # where, kind and label of single members of sets
 
     def _called(self, name: str) -> str:
         return self.spelling.setdefault(name.upper(), name).upper()
@@ -120,6 +122,7 @@ class _Abaqus:
         kind = _kind(type_)
         if kind is None:
             self.raw.others.add(f"elements of type {type_}")
+            self.skipped |= {int(words[0]) for _, words in rows if words[0].isdigit()}
             return
         width, words = len(ORDER[kind]) + 1, [(where, word) for where, line in rows for word in line]
         numbers = [int(_number(word, where)) for where, word in words]
@@ -159,6 +162,7 @@ class _Abaqus:
                 continue
             for word in words:
                 labels += [int(word)] if word.isdigit() else self._members(kind, word, where)
+            self.named += [(where, kind, int(word)) for word in words if word.isdigit()]
         self._add(kind, options.get(kind, ""), labels)
 
     def _members(self, kind: str, name: str, where: str) -> list[int]:
@@ -167,19 +171,27 @@ class _Abaqus:
             raise ValueError(f"{where}: there is no set {name!r} before this line.")
         return self.sets[kind][name.upper()]
 
+    def _require(self, kind: str, label: int, where: str) -> None:
+        known = self.node.keys() if kind == "NSET" else self.element.keys() | self.skipped
+        if label not in known:
+            what = "node" if kind == "NSET" else "element"
+            raise ValueError(f"{where}: there is no {what} {label} in this file.")
+
     def _surface(self, options: dict[str, str], rows: list[tuple[str, list[str]]]) -> None:
         name = options.get("NAME", "")
         for where, words in rows:
             chosen = words[0]
             if options.get("TYPE", "ELEMENT").upper() == "NODE":
                 nodes = [int(chosen)] if chosen.isdigit() else self._members("NSET", chosen, where)
+                self.named += [(where, "NSET", node) for node in nodes]
                 self._add("NSET", name, nodes)
                 continue
             labels = [int(chosen)] if chosen.isdigit() else self._members("ELSET", chosen, where)
             face = words[1].upper() if len(words) > 1 else ""
             for label in labels:
-                if label not in self.element:
+                if label in self.skipped:
                     continue
+                self._require("ELSET", label, where)
                 kind, corners = self.element[label]
                 faces = FACES.get(kind, [])
                 if not re.fullmatch("S[1-6]", face) or int(face[1]) > len(faces):
@@ -200,6 +212,8 @@ class _Abaqus:
     def mesh(self) -> RawMesh:
         """Return what has been read."""
         raw = self.raw
+        for where, kind, label in self.named:
+            self._require(kind, label, where)
         number: dict[int, tuple[str, int]] = {}
         raw.points = np.array(self.points).reshape(-1, 3)
         for kind in DIMENSIONS:

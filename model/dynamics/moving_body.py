@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array, issparse
 
+from model.checks import is_road
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_laws import as_law
 from model.node_loop.node_loop import uncoupled_unknowns
@@ -109,6 +110,7 @@ class MovingBody:
             A = bsr_array(A, blocksize=(self.dim, self.dim))
             A.sort_indices()
             setattr(self, name, A)
+        is_road(self.road)
         self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
         self.friction = as_law(self.friction)
         self._at_rest = self.coordinates[self.contact_nodes]

@@ -199,7 +199,10 @@ def _checked(name: str, values: Any) -> Any:
         return {key: _checked(name, value) for key, value in values.items()}
     if isinstance(values, list | tuple):
         return [_checked(name, value) for value in values]
-    numbers = np.asarray(values, dtype=np.float64)
+    try:
+        numbers = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {values!r}, but a friction coefficient is a number >= 0.") from None
     wrong = ~(np.isfinite(numbers) & (numbers >= 0.0))
     if wrong.any():
         raise ValueError(

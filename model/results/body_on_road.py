@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from model.checks import is_road
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
 from model.problem.varying_friction import placed
@@ -83,8 +84,7 @@ class BodyOnRoad:
                 f"The system is of type {type(system).__name__}; give what forms.assemble(...) or "
                 "elasticity.system(load, support) returns."
             )
-        if isinstance(road, list | tuple):
-            raise ValueError("The road is a list; give geometry.SeveralRoads(...) of the roads in it.")
+        is_road(road)
         nodes, area = system.candidates(facets)
         points = system.points[nodes]
         gap, normal, _ = road_at(road).closest(points)
