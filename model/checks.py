@@ -41,9 +41,9 @@ def is_road(road: Any) -> None:
     """
     if not (hasattr(road, "closest") or hasattr(road, "at")):
         raise ValueError(
-            f"The road is of type {type(road).__name__}; give one of geometry's, say Plane(), SeveralRoads(...) "
-            "of some, or whatever has closest(points); files and arrays become roads by read_samples, "
-            "LinearRoad, SurfaceRoad and their like."
+            f"The road is of type {type(road).__name__}; give one of geometry's, say Plane(), "
+            "SeveralRoads(...) of some, or whatever has closest(points); files and arrays become roads by "
+            "read_samples, LinearRoad, SurfaceRoad and their like."
         )
 
 
