@@ -19,7 +19,7 @@ from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.truncated_multigrid import free_directions, supported
+from model.solvers.truncated_multigrid import FORCING, UNSTEADY, free_directions, supported
 
 GUESSES = 30  # rounds on a coarser mesh at most
 KRYLOV = 30  # cycles in one correction at most
@@ -192,7 +192,9 @@ class SharedSolver:
                 R[: exchange.owned] = loop.R
                 self._project(R)
                 missing = np.sqrt(exchange.dot(R, R))
-                wanted = max(0.1 * missing if steady == 0 else 0.0, 0.3 * record.tolerance * scale)
+                part = 0.0 if loop.friction is None else min(UNSTEADY, record.history[-1] ** FORCING)
+                part = UNSTEADY if steady == 0 else part
+                wanted = max(part * missing, 0.3 * record.tolerance * scale)
                 x, cycles = self._correction(R, wanted, status)
             record.cycles += cycles
             u += self._fall(x, u, status) * x
