@@ -56,14 +56,37 @@ class Exchange:
             request.Wait()
         return receives
 
-    def sum(self, value: float) -> float:
-        """Return the sum over all ranks."""
-        return float(self.comm.allreduce(value))
+    def sum(self, value: Any) -> Any:
+        """Return the sum over all ranks of a number or an array; collective."""
+        return self.comm.allreduce(value)
+
+    def max(self, value: float) -> float:
+        """Return the largest value of all ranks; collective."""
+        return float(self.comm.allreduce(value, op=max))
 
     def dot(self, x: np.ndarray, y: np.ndarray) -> float:
-        """Return the inner product of x and y (N, d), each node counted once."""
-        return self.sum(float(np.vdot(x[: self.owned], y[: self.owned])))
+        """Return the inner product of x and y (N, d), each node counted once; collective."""
+        return float(self.sum(float(np.vdot(x[: self.owned], y[: self.owned]))))
 
     def any(self, value: bool) -> bool:
-        """Tell whether the value is true on any rank."""
-        return self.sum(float(value)) > 0.0
+        """Tell whether the value is true on any rank; collective."""
+        return float(self.sum(float(value))) > 0.0
+
+    def stacked(self, rows: np.ndarray) -> np.ndarray:
+        """Return the rows (m, ...) of all ranks, one rank's after the other's; collective."""
+        return np.concatenate(self.comm.allgather(rows))
+
+    def tall(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows (m, k) whose least squares problems are those of all ranks' rows; collective.
+
+        By QR on each rank (J. Demmel, L. Grigori, M. Hoemmen, J. Langou, SIAM J. Sci. Comput. 34 (2012)).
+        """
+        return self.stacked(np.linalg.qr(rows, mode="r"))
+
+    def first(self, value: Any) -> Any:
+        """Return the value of the first rank; collective."""
+        return self.comm.bcast(value)
+
+    def own(self, values: np.ndarray) -> np.ndarray:
+        """Return what of nodal values (N, ...) belongs to nodes of this rank."""
+        return values[: self.owned]

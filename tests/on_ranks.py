@@ -6,7 +6,16 @@ import numpy as np
 from mpi4py import MPI
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, Plane, half_ball, half_cylinder_nested, rectangle
+from geometry import (
+    Body,
+    LinearRoad,
+    Plane,
+    SeveralRoads,
+    SmoothRoad,
+    half_ball,
+    half_cylinder_nested,
+    rectangle,
+)
 from model import BodyOnRoad, MovingBody, NotConverged, follow, solve
 from model.results.gathered import gathered
 
@@ -64,6 +73,37 @@ def path():
     return contact, last
 
 
+def tread():
+    """A block of rubber pressed into a rough road, and dragged along it."""
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4), 2), Isotropic(E=1e3, nu=0.3))
+    support = Support(elasticity.body).fix("top", x=lambda t: 0.005 * t, y=lambda t: -0.01 * min(t, 1.0))
+    system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+    x = np.linspace(-1.0, 3.0, 161)
+    road = LinearRoad(x, 0.01 * (np.sin(9.0 * x) + np.sin(23.0 * x) - 2.0))
+    contact = BodyOnRoad(system, "bottom", road, friction=0.4)
+    *_, last = follow(contact, [1.0, 2.0], tolerance=1e-11)
+    return contact, last
+
+
+def hollow():
+    """The cylinder in a smooth hollow, without friction, held by contact but for one component."""
+    x = np.linspace(-R, R, 101)
+    body = Body.from_grid(half_cylinder_nested(R), 2)
+    support = Support(body).fix_node(body.nearest_node((0.0, R)), x=0.01)
+    elasticity = Elasticity(body, STEEL)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -1e4)), support)
+    return BodyOnRoad(system, "arc", SmoothRoad.through(x, 0.02 * x**2))
+
+
+def corner():
+    """A block between a floor and a wall that comes, too large for the place between them."""
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 4), 2), Isotropic(E=1e3, nu=0.3))
+    support = Support(elasticity.body).fix("right", x=-0.01)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -20.0)), support)
+    road = SeveralRoads([Plane(), Plane((0.004, 0.0), (1.0, 0.0))])
+    return BodyOnRoad(system, ["bottom", "left"], road, friction=0.2, interference=True)
+
+
 def motion():
     """A body in motion, which many ranks cannot share yet."""
     elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4), 1), STEEL)
@@ -79,6 +119,9 @@ SCENES = {
     "held": held,
     "below": below,
     "path": path,
+    "tread": tread,
+    "hollow": hollow,
+    "corner": corner,
     "motion": motion,
 }
 

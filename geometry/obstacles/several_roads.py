@@ -53,7 +53,8 @@ class SeveralRoads:
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
         points = np.asarray(points, dtype=float)
-        tiny = TINY * (np.abs(points).max(initial=0.0) + np.ptp(points, axis=0).max(initial=0.0))
+        extent = np.ptp(points, axis=0).max(initial=0.0) if len(points) else 0.0
+        tiny = TINY * (np.abs(points).max(initial=0.0) + extent)
         each, gaps = np.arange(len(points)), self._of_each(points)
         first = np.argmin(gaps[0], axis=0)
         gap, normal, foot = (values[first, each] for values in gaps)

@@ -99,7 +99,7 @@ class SmoothRoad:
             near, far = (_differences(self.height, places, k * step) for k in (1, 2))
             return (4 * near - far) / 3
         inside = np.clip(places, self._low, self._high)
-        slope = np.asarray(self._given_slope(*inside.T), dtype=float).reshape(-1, len(places)).T
+        slope = np.asarray(self._given_slope(*inside.T), dtype=float).reshape(self.dim - 1, len(places)).T
         return np.where(places == inside, slope, 0.0)
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -3,7 +3,11 @@
 Source: D. G. Anderson, J. ACM 12 (1965); H. F. Walker and P. Ni, SIAM J. Numer. Anal. 49 (2011).
 """
 
+from typing import Any
+
 import numpy as np
+
+from model.one_rank import ONE_RANK
 
 MEMORY = 6  # iterations that are combined
 GROWTH = 2.0  # a step so many times larger than the last ends the trust in them
@@ -17,10 +21,12 @@ class Anderson:
     ----------
     trusted : float
         Largest component of a step g(x) - x from which on the iteration is smooth enough to combine.
+    ranks : OneRank or geometry.exchange.Exchange
+        Who shares the components; the same is combined on all.
     """
 
-    def __init__(self, trusted: float):
-        self.trusted = trusted
+    def __init__(self, trusted: float, ranks: Any = ONE_RANK):
+        self.trusted, self.ranks = trusted, ranks
         self.forget()
 
     def forget(self) -> None:
@@ -38,15 +44,17 @@ class Anderson:
         image : array
             g(x).
         """
-        size = np.abs(step).max(initial=0.0)
-        if self._steps and size > GROWTH * np.abs(self._steps[-1]).max():
+        size = self.ranks.max(np.abs(step).max(initial=0.0))
+        if self._steps and size > GROWTH * self._last:
             if len(self._steps) > 1:
-                self.trusted = CLOSER * np.abs(self._steps[-1]).max()
+                self.trusted = CLOSER * self._last
             self.forget()
+        self._last = size
         self._steps = [*self._steps[1 - MEMORY :], step]
         self._images = [*self._images[1 - MEMORY :], image]
         if len(self._steps) == 1 or size >= self.trusted:
             return image
-        changes = np.stack([(step - s).ravel() for s in self._steps[:-1]], axis=1)
-        weights = np.linalg.lstsq(changes, step.ravel(), rcond=1e-8)[0]
+        changes = np.stack([(step - s).ravel() for s in self._steps[:-1]] + [step.ravel()], axis=1)
+        changes = self.ranks.tall(changes)
+        weights = np.linalg.lstsq(changes[:, :-1], changes[:, -1], rcond=1e-8)[0]
         return image - sum(w * (image - i) for w, i in zip(weights, self._images[:-1], strict=True))

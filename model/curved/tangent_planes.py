@@ -28,6 +28,7 @@ import numpy as np
 
 from model.curved.anderson_acceleration import Anderson
 from model.node_loop.status import Status
+from model.one_rank import ONE_RANK
 
 SMOOTH = 0.1  # turns of the normals below which iterations are combined
 
@@ -49,6 +50,8 @@ class RoadPlanes:
         A node so near to the road is on it.
     since : (gap (n,), normal (n, d), position (n, d)), optional
         Of the nodes as a step of time began: forces shall do work by (1). Default: along the road's normals.
+    ranks : OneRank or geometry.exchange.Exchange
+        Who else has candidates.
 
     Attributes
     ----------
@@ -70,7 +73,9 @@ class RoadPlanes:
         softness: np.ndarray,
         near: float,
         since: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
+        ranks: Any = ONE_RANK,
     ):
+        self.ranks = ranks
         self.road, self.softness, self.near, self.since = road, softness.copy(), near, since
         self.gap, self.normal, self.foot = road.closest(at)
         self.anchor, self._anchor_normal = self.foot, self.normal
@@ -78,7 +83,7 @@ class RoadPlanes:
             self.anchor = road.closest(sticking)[2]
             self._anchor_normal = road.closest(self.anchor)[1]
         self.distances: list[float] = []
-        self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH)
+        self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH, ranks)
         self._lean = np.zeros(at.shape)  # of the planes off the road's own normals
 
     def gaps(self, points: np.ndarray) -> np.ndarray:
@@ -112,13 +117,14 @@ class RoadPlanes:
         before, self._turn = self._turn, normal - self.normal
         self.softness *= _rescaled(before, self._turn)
         above = np.delete(self.gap, in_contact)
-        self.distances.append(max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0)))
-        turned = np.abs(self._turn[in_contact]).max(initial=0.0)
+        off = max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0))
+        self.distances.append(self.ranks.max(off))
+        turned = self.ranks.max(np.abs(self._turn[in_contact]).max(initial=0.0))
         if turned <= steady and self.distances[-1] <= self.near:
             self.gap[in_contact] = 0.0
             self.gap = np.maximum(self.gap, 0.0)
             return True
-        if not np.array_equal(status, self._status):
+        if self.ranks.any(not np.array_equal(status, self._status)):
             self._anderson.forget()
         self._status = status.copy()
         places = np.stack([normal[in_contact], foot[in_contact]])

@@ -52,7 +52,7 @@ class CurvedContact:
 
     def __init__(self, solver: ContactSolver, points: np.ndarray):
         self.solver, self.points = solver, np.asarray(points, dtype=np.float64)
-        self.size = float(np.ptp(solver.problem.coordinates, axis=0).max())
+        self.size = extent(solver.problem.coordinates, solver.ranks)
         self.normal = solver.problem.normal
         self.foot = self.points - solver.problem.gap[:, None] * self.normal
         self.distances: list[float] = []
@@ -102,7 +102,8 @@ class CurvedContact:
         )
         at = points if start is None else points + start[nodes]
         sticking = None if solver.loop.friction is None else points + reference
-        planes = RoadPlanes(road, at, sticking, softness(solver.loop), ON_ROAD * self.size)
+        near = ON_ROAD * self.size
+        planes = RoadPlanes(road, at, sticking, softness(solver.loop), near, ranks=solver.ranks)
         options["places"] = planes.anchor if marks is None else marks(planes.anchor)
         self.distances = planes.distances
         iterations: list[Solution] = []
@@ -169,6 +170,11 @@ class CurvedContact:
             yield solution
             reference = solution.displacement[nodes]
             options |= solution.next_start()
+
+
+def extent(coordinates: np.ndarray, ranks: Any) -> float:
+    """Return the longest extent along an axis of points (N, d) that ranks may share."""
+    return max(ranks.max(x.max()) + ranks.max(-x.min()) for x in coordinates.T)
 
 
 def softness(loop: Any) -> np.ndarray:

@@ -177,11 +177,8 @@ def _solver(problem: Any, road: Any, correction: str, **options: Any) -> Any:
             f"On several ranks the correction is multigrid on nested meshes, not {correction!r}; "
             "use Body.from_grid(grid, refinements), or one rank."
         )
-    if not getattr(road, "flat", False) or hasattr(road, "at") or options.pop("order", None) is not None:
-        raise ValueError(
-            "On several ranks the road is a plane at rest and nodes are visited in their order; "
-            "run other scenes on one rank."
-        )
+    if options.pop("order", None) is not None:
+        raise ValueError("On several ranks nodes are visited in their order; leave `order` out.")
     return SharedSolver(problem, **options)
 
 

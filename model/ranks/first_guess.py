@@ -4,6 +4,7 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from scipy.sparse import bsr_array, diags_array
 
 from model.node_loop.blocks import BlockMatrix, defect
 from model.node_loop.node_loop import place_on_road
@@ -33,8 +34,9 @@ class GatheredSolver:
         whole = mesh.gather(candidate)
         self.nodes, self.own = np.flatnonzero(whole[:, 0]), mesh.number[problem.contact_nodes]
         A = mesh.matrix()
-        self.problem = ContactProblem(
-            A,
+        empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)  # truncation has left nothing there
+        problem = ContactProblem(
+            bsr_array(A + diags_array(empty), blocksize=A.blocksize),
             np.zeros((len(whole), level.d)),
             mesh.gather(problem.coordinates),
             self.nodes,
@@ -42,17 +44,22 @@ class GatheredSolver:
             np.zeros(self.nodes.size),
             problem.friction,
         )
+        self.solver = ContactSolver(problem, "direct", progress=False)
 
-    def solve(self, b: np.ndarray, gap: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def solve(
+        self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, reference: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return displacement (nodes held, d) and status (n,) of the owned candidates; collective."""
         mesh, d = self.mesh, b.shape[1]
-        spread = np.zeros((mesh.level.nodes, 1 + d))
-        here = self.own - mesh.first
-        spread[here, 0], spread[here, 1:] = gap, reference
+        spread = np.zeros((mesh.level.nodes, 1 + 2 * d))
+        spread[self.own - mesh.first] = np.column_stack([gap, normal, reference])
         whole = mesh.gather(spread)[self.nodes]
-        solver = ContactSolver(self.problem, "direct", progress=False)
-        solution = solver.solve(
-            mesh.gather(b), np.maximum(whole[:, 0], 0.0), tangential_reference=whole[:, 1:], tolerance=1e-6
+        solution = self.solver.solve(
+            mesh.gather(b),
+            whole[:, 0],
+            normal=whole[:, 1 : d + 1],
+            tangential_reference=whole[:, d + 1 :],
+            tolerance=1e-6,
         )
         status = np.zeros(len(mesh.gather(b)), dtype=np.int8)
         status[self.nodes] = solution.status
@@ -85,7 +92,8 @@ class FirstGuess:
         self.exchange.update(coordinates)
         coarse = problem.coarser(A, coordinates, nodes, problem.normal[self.copies])
         level = SharedLevel(BlockMatrix(A.indptr, A.indices, A.data.copy()), self.exchange, len(coordinates))
-        self.nodes, self.weights = nodes, at_candidates
+        self.nodes, self.weights, self.P = nodes, at_candidates, fine.P._replace(data=fine.P.data.copy())
+        self.normal = problem.normal[self.copies]
         candidate = np.zeros(len(coordinates))
         candidate[nodes] = 1.0
         self.exchange.update(candidate)
@@ -93,13 +101,19 @@ class FirstGuess:
         self.gathered = GatheredSolver(coarse, level) if not coarse.prolongations else None
         self.solver = None if self.gathered else solver(coarse, progress=False)
 
+    def update_normals(self, loop: Any) -> None:
+        """Follow the new normals of the finer mesh; collective."""
+        self.normal = loop.frame[self.copies, 0]
+        if self.solver is not None:
+            self.solver.take_planes(self.normal)
+
     def correct(self, loop: Any, u: np.ndarray, status: np.ndarray) -> None:
         """Correct u (nodes held, d) and status (n,) of the finer mesh; collective."""
         fine, d = self.fine, u.shape[1]
         r = np.zeros(loop.shape)
         defect(d)(loop.A, loop.b, u, r)
         b = np.zeros((self.weights.shape[1], d))
-        P = fine.P._replace(data=fine.full)
+        P = self.P
         fine.transfers.restrict(P, fine.children, r, b)
         self.exchange.add(b)
         gap = loop.gaps(u, status)
@@ -107,7 +121,7 @@ class FirstGuess:
         e, found = np.zeros(b.shape), np.zeros(self.copies.size, dtype=np.int8)
         with suppress(NotConverged, ValueError):  # a guess is a guess
             if self.gathered is not None:
-                e, found = self.gathered.solve(b, gap[self.copies], way)
+                e, found = self.gathered.solve(b, gap[self.copies], self.normal, way)
             elif self.solver is not None:
                 e, found = self.solver.guess(b, gap[self.copies], way, NESTED)
         fine.transfers.prolong(P, e, u)

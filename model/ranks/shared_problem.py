@@ -24,7 +24,7 @@ class SharedProblem:
     coordinates : (N, d)
     contact_nodes : (n,)
         Candidates that this rank owns; none on some ranks, but not on all.
-    normal, gap, friction
+    normal, gap, friction, interference
         As for `ContactProblem`.
     prolongations : sequence of sparse
         Between the nodes held here, finest first.
@@ -48,6 +48,7 @@ class SharedProblem:
     prolongations: Any
     exchanges: Any
     ids: Any
+    interference: bool = False
 
     def __post_init__(self) -> None:
         """Check at the door, and tell every rank what is wrong on one."""
@@ -89,11 +90,14 @@ class SharedProblem:
     def checked_gap(self, gap: np.ndarray) -> np.ndarray:
         """Return `gap` (n,) with rounding errors below zero cut off, or refuse it (ValueError)."""
         gap = shaped("gap", gap, (self.contact_nodes.size,))
+        if self.interference:
+            return np.where(np.abs(gap) < 1e-12 * length_scale(self.coordinates), 0.0, gap)
         if gap.size and gap.min() < -1e-12 * length_scale(self.coordinates):
             where = self.coordinates[self.contact_nodes[np.argmin(gap)]]
             raise ValueError(
                 f"The node at {where} starts {-gap.min():g} below the road; "
-                "move the body or the road so that every gap is >= 0."
+                "move the body or the road so that every gap is >= 0, or say interference=True if it shall "
+                "be pushed out, as in a press fit."
             )
         return np.maximum(gap, 0.0)
 

@@ -83,6 +83,7 @@ class SharedSolver:
     def __init__(self, problem: SharedProblem, progress: bool = True):
         began = perf_counter()
         self.problem, self.exchange = problem, problem.exchanges[0]
+        self.ranks = self.exchange
         self.progress = progress and self.exchange.comm.rank == 0
         self.loop = SharedLoop(problem)
         N, d = problem.coordinates.shape
@@ -91,8 +92,10 @@ class SharedSolver:
         self.fixed[: self.exchange.owned] = self.loop.uncoupled
         self.exchange.update(self.fixed)
         self.cycle = SharedCycle(finest, problem.prolongations, problem.exchanges[1:], problem.ids[1:])
+        self.projectors = np.eye(d) * (1.0 - self.fixed)[:, :, None]
+        held = np.flatnonzero(self.fixed.any(axis=1))
+        self.cycle.truncate(held, self.projectors[held])
         self.first_guess = FirstGuess(problem, finest, SharedSolver) if problem.prolongations else None
-        self.projectors = np.zeros((N, d, d))
         n = problem.contact_nodes.size
         self.follow, self.support, self._supports = np.zeros((n, d)), np.zeros((n, d, d)), False
         self.status: np.ndarray | None = None
@@ -106,8 +109,11 @@ class SharedSolver:
         start: np.ndarray | None = None,
         start_status: np.ndarray | None = None,
         slipped: np.ndarray | None = None,
+        places: np.ndarray | None = None,
+        normal: np.ndarray | None = None,
         tolerance: float = 1e-10,
         limit: int = 1000,
+        slip_rate: float = 1.0,
     ) -> Solution:
         """Solve for one load; collective. Arguments and result as of `ContactSolver.solve`.
 
@@ -121,11 +127,14 @@ class SharedSolver:
         began = perf_counter()
         problem, loop, owned = self.problem, self.loop, self.exchange.owned
         N, d = problem.coordinates.shape
-        positive(tolerance=tolerance, limit=limit)
+        positive(tolerance=tolerance, limit=limit, slip_rate=slip_rate)
         trouble = ""
         try:
             b = problem.b if b is None else shaped("b", b, (N, d))[:owned]
-            gap = problem.gap if gap is None else problem.checked_gap(gap)
+            if gap is None:
+                gap = problem.gap
+            else:  # the distance to a plane that the road touches elsewhere may be negative
+                gap = problem.checked_gap(gap) if normal is None else shaped("gap", gap, loop.nodes.shape)
             wanted = np.zeros(loop.force.shape) if tangential_reference is None else tangential_reference
             reference = shaped("tangential_reference", wanted, loop.force.shape)
             u = np.zeros((N, d)) if start is None else shaped("start", start, (N, d)).copy()
@@ -133,13 +142,14 @@ class SharedSolver:
             trouble = str(error)
         problem.raise_on_all(trouble)
         assert b is not None and gap is not None
-        loop.set_load(b, gap, reference, None if slipped is None else loop.told(slipped))
+        self.take_planes(problem.normal if normal is None else normal)
+        loop.slip_rate = slip_rate
+        state = loop.told(np.zeros(loop.nodes.size) if slipped is None else slipped, places)
+        loop.set_load(b, gap, reference, state)
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
-        if self.first_guess is not None and loop.residual(u, status) > tolerance:
-            self.first_guess.correct(loop, u, status)
-        self._rounds(u, status, record)
+        self.find(u, status, record)
         seconds = perf_counter() - began
         force, pressure = loop.reaction()
         loop.confirm(status)
@@ -160,6 +170,20 @@ class SharedSolver:
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
             state=np.asarray(status == Status.SLIP, dtype=np.float64),
         )
+
+    def take_planes(self, normal: np.ndarray) -> None:
+        """Give every candidate a plane by its unit normal (n, d), unless it has it; collective."""
+        if self.exchange.any(not np.array_equal(normal, self.loop.normal)):
+            self.loop.update_normals(normal)
+            self.status = None
+            if self.first_guess is not None:
+                self.first_guess.update_normals(self.loop)
+
+    def find(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
+        """Solve the problem the loop is aimed at, from an admissible u and status, in place; collective."""
+        if self.first_guess is not None and self.loop.residual(u, status) > record.tolerance:
+            self.first_guess.correct(self.loop, u, status)
+        self._rounds(u, status, record)
 
     def guess(
         self, b: np.ndarray, gap: np.ndarray, reference: np.ndarray, tolerance: float

@@ -94,7 +94,8 @@ class BodyOnRoad:
             near &= system.node_of[nodes] < exchange.owned
         if not (near.any() if exchange is None else exchange.any(near.any())):
             raise ValueError(
-                f"No node of {facets!r} is within {reach} of the road, the nearest is {gap.min():g} away; "
+                f"No node of {facets!r} is within {reach} of the road, "
+                f"the nearest is {gap.min(initial=np.inf):g} away; "
                 "give a larger reach or bring body and road together."
             )
         self.system, self.road = system, road
@@ -108,7 +109,9 @@ class BodyOnRoad:
                 *arrays, prolongations=system.prolongations, interference=interference
             )
         else:
-            self.problem = SharedProblem(*arrays, system.prolongations, system.exchanges, system.ids)
+            self.problem = SharedProblem(
+                *arrays, system.prolongations, system.exchanges, system.ids, interference
+            )
 
     @property
     def elasticity(self) -> Any:

@@ -13,6 +13,7 @@ from model.checks import positive
 from model.node_loop.blocks import block_matrix
 from model.node_loop.node_loop import NodeLoop, length
 from model.node_loop.status import Status
+from model.one_rank import ONE_RANK
 from model.problem.contact_problem import ContactProblem, length_scale, shaped
 from model.problem.rigid_modes import BALANCE, RigidModes
 from model.solvers.convergence_record import Record
@@ -178,6 +179,8 @@ class ContactSolver:
     >>> solver.solve(b=np.array([[0.0, -20.0], [7.0, -40.0]])).status.tolist()  # and now by 7 N
     [2, 1]
     """
+
+    ranks = ONE_RANK
 
     def __init__(
         self, problem: ContactProblem, correction: str = "auto", order: Any = None, progress: bool = True
