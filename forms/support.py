@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
+from forms.sharing import agreed, share, take_levels
 from forms.system import System, check_load, constrained
 from geometry import Body
 from geometry.body import narrow
@@ -144,20 +145,24 @@ class Support:
         A = _with_diagonal(A, self.springs)
         if self.dashpots.any():
             damping = _with_diagonal(A * 0 if damping is None else damping, self.dashpots)
-        node_of, chosen = self._numbering()
-        R, given, moving, ends = len(chosen), self.value.copy(), list(self.moving), list(self.ends)
-
         shared = self.body.shared
-        exchanges = [shared.exchange(k) for k in range(len(shared.ids))] if shared is not None else []
+        levels: list[Any] = []
+        matrices = [matrix for matrix in (A, mass, damping) if matrix is not None]
+        if shared is None:
+            sharing = None
+            node_of, chosen = _collapse(len(self.value), self.platens)
+            R = len(chosen)
+        else:
+            sharing, levels = share(shared, matrices, self.platens)
+            node_of, R = sharing.node_of, len(sharing.ids)
+        given, moving, ends = self.value.copy(), list(self.moving), list(self.ends)
 
         def values(time: float | None) -> np.ndarray:
             value = given.copy()
             for nodes, component, motion, where in moving:
                 value[nodes, component] = _finite(motion(0.0 if time is None else time), where)
             value = _of_system(value, node_of, R)
-            if exchanges:  # a rank may not see the boundary that a ghost lies on
-                exchanges[0].update(value)
-            return value
+            return value if sharing is None else agreed(value, sharing)
 
         def loads(time: float | None) -> np.ndarray:
             now: Any = load(0.0 if time is None else time) if callable(load) else first
@@ -166,25 +171,16 @@ class Support:
             return check_load(now, (N, dim))
 
         fixed = ~np.isnan(values(None))
-        system = constrained(self.body.space, A, loads, fixed, values, node_of, mass, damping)
-        system.prolongations = self._prolongations(chosen)
+        system = constrained(
+            self.body.space, A, loads, fixed, values, node_of, mass, damping, sharing=sharing
+        )
         system.varies = bool(moving or ends) or callable(load)
-        system.body, system.stress, system.exchanges = self.body, stress, exchanges
-        if shared is not None:
-            system.ids = [ids[shared.order(level)] for level, ids in enumerate(shared.ids)]
+        system.body, system.stress = self.body, stress
+        if sharing is None:
+            system.prolongations = self._prolongations(chosen)
+        else:
+            take_levels(system, levels)
         return system
-
-    def _numbering(self) -> tuple[np.ndarray, np.ndarray]:
-        """Node of the system of each node of the body, and a node of the body of each of the system."""
-        if self.body.shared is None:
-            return _collapse(len(self.value), self.platens)
-        if self.platens:
-            raise ValueError(
-                f"Platens are not shared among ranks yet, and here are {self.body.shared.comm.size}; "
-                "fix the boundary instead, or run on one rank."
-            )
-        order = self.body.shared.order(0)
-        return np.argsort(order), order
 
     def _prescribe(self, nodes: np.ndarray, components: Sequence[Value | None], where: str) -> Support:
         dim = self.body.dim
@@ -206,8 +202,6 @@ class Support:
     def _spread(self, where: int | str | Sequence[str], values: Sequence[float], what: str) -> np.ndarray:
         """Share values of all together (3,) among the nodes of boundaries by their area, (N, dim)."""
         N, dim = self.body.coordinates.shape
-        if self.body.shared is not None:
-            raise ValueError(f"The {what} cannot be shared among ranks yet; run on one rank.")
         for value in values:
             if not (np.isfinite(value) and value >= 0):
                 raise ValueError(f"The {what} at {where!r} is {value}; it must be a finite number >= 0.")
@@ -216,15 +210,15 @@ class Support:
             raise ValueError(f"The {what} at {where!r} is {values}; give some along {along}.")
         share = np.zeros(N)
         if isinstance(where, int | np.integer):
-            if not 0 <= where < N:
+            if not 0 <= where < N and not (where == -1 and self.body.shared is not None):
                 raise ValueError(f"There is no node {where}; the body's nodes are 0 to {N - 1}.")
-            share[where] = 1.0
+            share[where] = float(where >= 0)
         else:
             names = [where] if isinstance(where, str) else list(where)
             rows = np.concatenate([self.body.facets[self.body.check_name(name)] for name in names])
             rows = rows[np.unique(np.sort(rows, axis=1), axis=0, return_index=True)[1]]
             np.add.at(share, rows, (_areas(self.body.coordinates[rows]) / rows.shape[1])[:, None])
-        return share[:, None] / share.sum() * np.asarray(values[:dim], dtype=float)
+        return share[:, None] / self.body.total(share[:, None]) * np.asarray(values[:dim], dtype=float)
 
     def _prolongations(self, chosen: np.ndarray) -> list[sparse.csr_array]:
         """Prolongations between the meshes with each platen as one node on all of them.
@@ -232,11 +226,6 @@ class Support:
         A node of the platen that is new on its mesh is the mean of coarse nodes of the platen, so its row
         collapses to a weight of 1 on the coarse platen by itself.
         """
-        shared = self.body.shared
-        if shared is not None:
-            orders = [shared.order(level) for level in range(len(shared.ids))]
-            between = zip(self.body.prolongations, orders, orders[1:])
-            return [narrow(sparse.csr_array(P[fine][:, coarse])) for P, fine, coarse in between]
         reduced = []
         tied = self.platens
         for P in self.body.prolongations if tied else []:

@@ -25,6 +25,7 @@ from forms.assembly import (
     symmetric_matrix,
     vector,
 )
+from forms.sharing import Sharing
 from forms.transfer import nested_prolongations
 
 FACET_DEGREE = 3
@@ -62,7 +63,8 @@ class System:
     elastic : the `Hyperelasticity` of a system of finite strain, of which A is the tangent at rest; else None
     exchanges, ids : where many ranks share the mesh, of each mesh, finest first: the exchange of values, and
         the numbers of the nodes that all ranks agree on. Nodes of the system are then those that this rank
-        owns, followed by those that it holds a copy of, whose rows are not complete.
+        owns, followed by those that it holds a copy of, whose rows are empty.
+    sharing : how many ranks share the nodes, or None
     axisymmetric : whether areas are those of a body of revolution, x being the distance from its axis
 
     Examples
@@ -93,12 +95,14 @@ class System:
     elastic: Any = None
     exchanges: Sequence[Any] = ()
     ids: Sequence[np.ndarray] = ()
+    sharing: Sharing | None = None
     _loads: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _values: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _eliminated: dict[str, Eliminated] = field(default_factory=dict, repr=False)
     _held: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64), repr=False)
     _rows: dict[str, sparse.bsr_array] = field(default_factory=dict, repr=False)
     _rigid: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+    _centre: np.ndarray = field(default_factory=lambda: np.zeros(0), repr=False)
 
     @property
     def mesh(self) -> dolfinx_mesh.Mesh:
@@ -119,8 +123,14 @@ class System:
         """Return displacements (N, dim) of the space's nodes from those of the system (R, dim)."""
         return np.asarray(u)[self.node_of]
 
+    def whole(self, u: np.ndarray) -> np.ndarray:
+        """Return what `expand` does, and after it what else rows of matrices name on many ranks, (C, dim)."""
+        return self.expand(u) if self.sharing is None else np.asarray(u)[self.sharing.node_of]
+
     def reduce(self, load: np.ndarray) -> np.ndarray:
         """Return forces (R, dim) on the system from forces (N, dim) on the space; a platen has their sum."""
+        if self.sharing is not None:
+            return self.sharing.reduce(load)
         return _summed(load, self.node_of, len(self.coordinates))
 
     def prescribed_at(self, time: float | None = None) -> np.ndarray:
@@ -167,27 +177,31 @@ class System:
 
         Parameters
         ----------
-        motion : {"A": displacement, "C": velocity, "M": acceleration}, each (N, dim)
+        motion : {"A": displacement, "C": velocity, "M": acceleration}, each as `whole` gives it
         applied : (N, dim) all other forces
         """
         force = -applied[self._held]
         for name, values in motion.items():
             force += (self._rows[name] @ values.ravel()).reshape(force.shape)
-        tied = np.bincount(self.node_of)[self.node_of[self._held]] > 1
+        tied = self._tied[self._held]
         return self._held, np.where(self.fixed[self.node_of[self._held]] | tied[:, None], force, 0.0)
 
     def resultant(self, name: str, values: np.ndarray, about: np.ndarray) -> np.ndarray:
         """Return the sum of the forces A u, C v or M a and their moment about a point, (3,) or (6,).
 
+        On many ranks, of what is this rank's own.
+
         Parameters
         ----------
         name : "A", "C" or "M"
-        values : (N, dim)
+        values : (C, dim), as `whole` gives them
         about : (dim,)
         """
         dim = values.shape[1]
-        whole = self._rigid[name].T @ values.ravel()
-        centre = np.pad(self.points.mean(axis=0) - about, (0, 3 - dim))
+        own = slice(None) if self.sharing is None else self.sharing.own
+        rigid = self._rigid[name].reshape(-1, dim, self._rigid[name].shape[1])[own]
+        whole = np.einsum("nam,na->m", rigid, values[: len(self.node_of)][own])
+        centre = np.pad(self._centre - about, (0, 3 - dim))
         shift = np.cross(centre, np.pad(whole[:dim], (0, 3 - dim)))
         return np.concatenate([whole[:dim], whole[dim:] + shift[2 * (dim == 2) :]])
 
@@ -215,8 +229,8 @@ class System:
         indices = self._facet_indices(facets)
         nodes = fem.locate_dofs_topological(self.space, self.mesh.topology.dim - 1, indices)
         nodes = np.unique(nodes).astype(np.int64)
-        free = np.bincount(self.node_of)[self.node_of[nodes]] == 1
-        if not free.any():
+        free = ~self._tied[nodes]
+        if free.size and not free.any():  # none on a rank is no error
             raise ValueError(
                 f"All {nodes.size} nodes of the contact boundary are tied by a platen; name another one."
             )
@@ -227,6 +241,11 @@ class System:
         return np.asarray(np.einsum("cki,ckj->cij", np.asarray(u)[self.cells], self.shape_gradients))
 
     @cached_property
+    def _tied(self) -> np.ndarray:
+        """Which nodes (N,) of the space platens tie to others."""
+        return tied_nodes(self.node_of, self.sharing)
+
+    @cached_property
     def shape_gradients(self) -> np.ndarray:
         """Gradients of the shape functions in the middle of each cell, (cells, k, dim)."""
         return shape_gradients(self.points[self.cells])
@@ -234,6 +253,7 @@ class System:
     def _facet_indices(self, facets: Facets) -> np.ndarray:
         mesh = self.mesh
         fdim = mesh.topology.dim - 1
+        comm = mesh.comm
         names = [facets] if isinstance(facets, str) else list(facets)
         if names and all(isinstance(name, str) for name in names):
             if self.body is None:
@@ -245,7 +265,10 @@ class System:
         if any(isinstance(name, str | list | tuple | set | dict) for name in names):
             raise ValueError(f"Facets are {facets!r}; give names of boundaries, or indices of facets.")
         indices = np.unique(np.asarray(facets))
-        if indices.size == 0:
+        if comm.size > 1:  # copies of other ranks' facets are theirs
+            mesh.topology.create_entities(fdim)
+            indices = indices[indices < mesh.topology.index_map(fdim).size_local].astype(np.int32)
+        if comm.allreduce(indices.size) == 0 and self.sharing is None:
             raise ValueError(
                 "No facets are named that may touch; look whether the mesh has the tag that you asked for."
             )
@@ -384,6 +407,7 @@ def constrained(
     node_of: np.ndarray | None = None,
     mass: sparse.bsr_array | None = None,
     damping: sparse.bsr_array | None = None,
+    sharing: Sharing | None = None,
 ) -> System:
     """Apply supports to assembled matrices, all in the same way.
 
@@ -395,50 +419,92 @@ def constrained(
     fixed : (R, dim) which unknowns of the system are prescribed
     values : of the time, prescribed displacements (R, dim)
     node_of : (N,) node of the system that each node of the space becomes; default the node itself
+    sharing : how many ranks share the nodes
     """
-    R, dim = fixed.shape
-    N = R if node_of is None else len(node_of)
-    tied = node_of is not None and not np.array_equal(node_of, np.arange(N))
-    node_of = np.arange(N) if node_of is None else node_of
-    held = np.flatnonzero((np.bincount(node_of) > 1)[node_of] | fixed.any(axis=1)[node_of])
-    motions = _rigid_motions(node_positions(space))
+    dim = fixed.shape[1]
+    if node_of is None:
+        node_of = np.arange(len(fixed)) if sharing is None else sharing.node_of
+    points = node_positions(space)
+    N, R = len(points), len(fixed)
+    places, own, tied = node_of, np.arange(N), tied_nodes(node_of[:N], sharing)
+    if sharing is not None:
+        own = sharing.own
+    held = own[(tied | fixed.any(axis=1)[node_of[:N]])[own]]
+    coordinates = points
+    if sharing is not None:
+        counts = sharing.spread(sharing.reduce(np.ones((N, 1))))
+        coordinates = sharing.spread(sharing.reduce(points)) / np.maximum(counts, 1.0)
+        points = np.concatenate([points, coordinates[places[N:]]])
+    elif tied.any():
+        coordinates = _summed(points, node_of, R) / np.bincount(node_of, minlength=R)[:, None]
+    centre = _mean(points[own], sharing)
+    motions = _rigid_motions(points - centre)
     eliminated, rows, rigid = {}, {}, {}
     for name, matrix in (("A", A), ("M", mass), ("C", damping)):
         if matrix is not None:
             matrix = sparse.bsr_array(matrix, blocksize=(dim, dim))
             rows[name], rigid[name] = _block_rows(matrix, held), matrix @ motions
-            matrix = _renumber(matrix, node_of, R) if tied else matrix
+            if sharing is not None:
+                matrix = sharing.matrix(matrix)
+            elif tied.any():
+                matrix = _renumber(matrix, node_of, R)
             eliminated[name] = _eliminate(matrix, fixed)
+            if sharing is not None:
+                sharing.spread(eliminated[name].diagonal)
     bare = (eliminated["A"].diagonal <= 0) & ~fixed
+    trouble = ""
     if bare.any():
         node = int(np.argmax(bare.any(axis=1)))
-        raise ValueError(
+        trouble = (
             f"{np.count_nonzero(bare)} unknowns have no stiffness, the first at node {node}; integrate a(u, "
             "v) over the whole mesh, or prescribe them."
         )
-    coordinates = node_positions(space)
-    if tied:
-        counts = np.bincount(node_of, minlength=R)[:, None]
-        coordinates = _summed(coordinates, node_of, R) / counts
+    refuse(trouble, sharing)
     system = System(
         eliminated["A"].A,
         np.zeros((R, dim)),
         coordinates,
-        node_of,
+        node_of[:N],
         [],
         fixed,
         space,
         eliminated["M"].A if mass is not None else None,
         eliminated["C"].A if damping is not None else None,
+        sharing=sharing,
         _loads=loads,
         _values=values,
         _eliminated=eliminated,
         _held=held,
         _rows=rows,
         _rigid=rigid,
+        _centre=centre,
     )
     system.load = system.load_at()
     return system
+
+
+def tied_nodes(node_of: np.ndarray, sharing: Sharing | None) -> np.ndarray:
+    """Which nodes (N,) of a space are tied to others; collective where ranks share them."""
+    if sharing is None:
+        return np.bincount(node_of)[node_of] > 1
+    counts = sharing.reduce(np.ones((len(node_of), 1)))
+    return sharing.spread(counts)[node_of, 0] > 1.5
+
+
+def refuse(trouble: str, sharing: Sharing | None) -> None:
+    """Raise a ValueError that says what is wrong, if anything is; on all ranks that share a system."""
+    if sharing is not None:
+        sharing.agree(trouble)
+    if trouble:
+        raise ValueError(trouble)
+
+
+def _mean(points: np.ndarray, sharing: Sharing | None) -> np.ndarray:
+    """Mean (dim,) of points (N, dim), each counted once on all ranks."""
+    if sharing is None:
+        return np.asarray(points.mean(axis=0))
+    total, count = (sharing.comm.allreduce(x) for x in (points.sum(axis=0), len(points)))
+    return np.asarray(total / count)
 
 
 def boundary_measure(mesh: dolfinx_mesh.Mesh, facets: np.ndarray) -> Any:
@@ -511,10 +577,9 @@ def _summed(values: np.ndarray, node_of: np.ndarray, R: int) -> np.ndarray:
     return summed
 
 
-def _rigid_motions(points: np.ndarray) -> np.ndarray:
-    """Translations and turns (N dim, 3 or 6) about the mean of points (N, dim)."""
-    N, dim = points.shape
-    x = points - points.mean(axis=0)
+def _rigid_motions(x: np.ndarray) -> np.ndarray:
+    """Translations and turns (N dim, 3 or 6) about the origin of points (N, dim)."""
+    N, dim = x.shape
     axes = [(0, 1)] if dim == 2 else [(1, 2), (2, 0), (0, 1)]
     motions = np.zeros((N, dim, dim + len(axes)))
     motions[:, range(dim), range(dim)] = 1.0

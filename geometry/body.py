@@ -17,7 +17,7 @@ from dolfinx import mesh as dolfinx_mesh  # isort: skip
 from mpi4py import MPI  # isort: skip
 
 from geometry.grid import LOCAL_FACETS, Grid, number_rows
-from geometry.partition import Shared, partition
+from geometry.partition import Shared, partition, share_mesh
 
 KINDS = {
     dolfinx_mesh.CellType.triangle: "triangle",
@@ -71,6 +71,8 @@ class Body:
                 "use triangles, quadrilaterals, tetrahedra or hexahedra."
             )
         self.mesh, self.shared = mesh, shared
+        if shared is not None:
+            share_mesh(mesh, shared)
         self.cell = KINDS[mesh.topology.cell_type]
         self.dim = mesh.topology.dim
         self.coordinates = np.ascontiguousarray(mesh.geometry.x[:, : self.dim])
@@ -136,6 +138,8 @@ class Body:
                 comm,
                 [part.ids[order] for part, order in levels],
                 [part.owner[order] for part, order in levels],
+                np.sort(cell_of[np.flatnonzero(parts[-1].cell_owner == comm.rank)]),
+                prolongations,
             )
         return cls(
             mesh,

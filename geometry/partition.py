@@ -14,29 +14,21 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
-from geometry.exchange import Exchange
 from geometry.grid import Grid, number_rows
 
 
 class Shared(NamedTuple):
     """Which nodes of nested meshes, finest first, many ranks have in common.
 
-    `ids` and `owner` (N,) of each mesh: number and rank of the nodes this rank holds.
+    `ids` and `owner` (N,) of each mesh: number and rank of the nodes this rank holds; `cells` (n,) of the
+    finest that are its own; `prolongations` between them.
     """
 
     comm: Any
     ids: list[np.ndarray]
     owner: list[np.ndarray]
-
-    def order(self, level: int) -> np.ndarray:
-        """Nodes held here, its own before the others (ghosts)."""
-        return np.argsort(self.owner[level] != self.comm.rank, kind="stable")
-
-    def exchange(self, level: int) -> Exchange:
-        """Return the exchange of values in that order; collective."""
-        order = self.order(level)
-        ids, owner = self.ids[level][order], self.owner[level][order]
-        return Exchange(self.comm, shared_nodes(ids, owner, self.comm), int(np.sum(owner == self.comm.rank)))
+    cells: np.ndarray
+    prolongations: list[sparse.csr_array]
 
 
 @dataclass
@@ -236,3 +228,16 @@ def shared_nodes(
         for rank, (send, receive) in enumerate(zip(sends, held))
         if send.size + receive.size
     ]
+
+
+_SHARED: dict[int, tuple[Any, Shared]] = {}
+
+
+def share_mesh(mesh: Any, shared: Shared) -> None:
+    """Remember that a mesh is what one rank holds of a shared one, for forms written on it."""
+    _SHARED[id(mesh._cpp_object)] = mesh._cpp_object, shared
+
+
+def shared_of(mesh: Any) -> Shared | None:
+    """Return what `share_mesh` was told of a mesh, if anything."""
+    return _SHARED.get(id(mesh._cpp_object), (None, None))[1]

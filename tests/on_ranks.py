@@ -1,4 +1,4 @@
-"""A scene that runs alone and under mpirun: `on_ranks.py KIND OUT`; rank 0 writes what all ranks found."""
+"""Scenes that run alone and under mpirun: `on_ranks.py OUT KIND ...`; rank 0 writes what all ranks found."""
 
 import sys
 
@@ -104,6 +104,15 @@ def corner():
     return BodyOnRoad(system, ["bottom", "left"], road, friction=0.2, interference=True)
 
 
+def platen():
+    """A block between a press, which is tied and pushes obliquely, a spring and the road."""
+    body = Body.from_grid(rectangle(2.0, 1.0, 8, 4), 2)
+    elasticity = Elasticity(body, Isotropic(E=1e3, nu=0.3))
+    support = Support(body).platen("top").fix("top", y=-0.01).spring("left", x=50.0)
+    system = elasticity.system(elasticity.total_force("top", (1.0, -30.0)), support)
+    return BodyOnRoad(system, "bottom", Plane((0.0, -0.001), (0.0, 1.0)), friction=0.3)
+
+
 def motion():
     """A body in motion, which many ranks cannot share yet."""
     elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4), 1), STEEL)
@@ -122,32 +131,37 @@ SCENES = {
     "tread": tread,
     "hollow": hollow,
     "corner": corner,
+    "platen": platen,
     "motion": motion,
 }
 
 
 def found(kind):
-    """The fields of a scene on the whole body, sorted by place; on rank 0."""
+    """The fields of a scene on the whole body, sorted by place, and the sheet of its forces; on rank 0."""
     scene = SCENES[kind]()
-    contact, solution = (
-        scene if isinstance(scene, tuple) else (scene, solve(scene, "multigrid", tolerance=1e-11))
-    )
+    path = isinstance(scene, tuple)
+    contact, solution = scene if path else (scene, solve(scene, "multigrid", tolerance=1e-11))
     nodes, _ = contact.fields(solution)
+    sheet = {}
+    if not path:
+        balance = contact.reactions(solution, about=(1.0, 0.5, 0.2)[: contact.points.shape[1]])
+        sheet = {"sheet": np.concatenate([*balance.force.values(), *balance.moment.values()])}
     nodes["points"] = contact.system.points
     if contact.system.exchanges:
-        nodes = gathered(contact.system.body, nodes, {})[1]
+        nodes = gathered(contact.system, nodes, {})[1]
     if nodes:
         order = np.lexsort(np.round(nodes["points"], 9).T)
-        nodes = {name: values[order] for name, values in nodes.items()} | {"cycles": solution.cycles}
+        nodes = {name: values[order] for name, values in nodes.items()} | sheet | {"cycles": solution.cycles}
     return nodes
 
 
 if __name__ == "__main__":
-    kind, out = sys.argv[1:]
-    try:
-        fields = found(kind)
-    except (ValueError, NotConverged) as error:
-        fields = {"trouble": np.array(str(error))}
-    everybody = MPI.COMM_WORLD.gather(str(fields.get("trouble", "")))
-    if MPI.COMM_WORLD.rank == 0:
-        np.savez(out, **fields, everybody=np.array(everybody))
+    out, *kinds = sys.argv[1:]
+    for kind in kinds:
+        try:
+            fields = found(kind)
+        except (ValueError, NotConverged) as error:
+            fields = {"trouble": np.array(str(error))}
+        everybody = MPI.COMM_WORLD.gather(str(fields.get("trouble", "")))
+        if MPI.COMM_WORLD.rank == 0:
+            np.savez(f"{out}/{kind}.npz", **fields, everybody=np.array(everybody))

@@ -33,6 +33,7 @@ class Anderson:
         """Begin anew: what is iterated has changed."""
         self._steps: list[np.ndarray] = []
         self._images: list[np.ndarray] = []
+        self._last = np.inf
 
     def combine(self, step: np.ndarray, image: np.ndarray) -> np.ndarray:
         """Return where to go on from.

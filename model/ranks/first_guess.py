@@ -35,7 +35,7 @@ class GatheredSolver:
         self.nodes, self.own = np.flatnonzero(whole[:, 0]), mesh.number[problem.contact_nodes]
         A = mesh.matrix()
         empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)  # truncation has left nothing there
-        problem = ContactProblem(
+        gathered = ContactProblem(
             bsr_array(A + diags_array(empty), blocksize=A.blocksize),
             np.zeros((len(whole), level.d)),
             mesh.gather(problem.coordinates),
@@ -44,7 +44,7 @@ class GatheredSolver:
             np.zeros(self.nodes.size),
             problem.friction,
         )
-        self.solver = ContactSolver(problem, "direct", progress=False)
+        self.solver = ContactSolver(gathered, "direct", progress=False)
 
     def solve(
         self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, reference: np.ndarray

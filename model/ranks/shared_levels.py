@@ -44,8 +44,7 @@ class SharedLevel:
 
         That makes Gauss-Seidel within the ranks converge whatever their number: with M what a sweep inverts,
         M + M^T - A stays positive (Baker, Falgout, Kolev and Yang, SIAM J. Sci. Comput. 33 (2011) 2864). A
-        block E weighs (E E^T)^(1/2), the least that can be said of all of them: the sum of its entries' sizes,
-        as there, costs a third more cycles.
+        block E weighs (E E^T)^(1/2), the least that will do; the sizes of its entries, as there, weigh more.
         """
         D = self.A.data[self.middle].copy()
         np.add.at(D, self.rows[self.ghost], 0.5 * self._weights())

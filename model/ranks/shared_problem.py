@@ -55,8 +55,9 @@ class SharedProblem:
         exchange, (N, d), n = self.exchanges[0], self.coordinates.shape, self.contact_nodes.size
         trouble = ""
         try:
-            A = bsr_array(self.A, blocksize=(d, d))
-            A = bsr_array(A.tocsr()[: exchange.owned * d], blocksize=(d, d))
+            A, rows = bsr_array(self.A, blocksize=(d, d)), exchange.owned
+            whole, count = A.indptr[: rows + 1], A.indptr[rows]
+            A = bsr_array((A.data[:count], A.indices[:count], whole), shape=(rows * d, A.shape[1]))
             A.sort_indices()
             object.__setattr__(self, "A", A)
             object.__setattr__(self, "b", shaped("b", self.b, (N, d))[: exchange.owned])

@@ -246,9 +246,9 @@ class BodyOnRoad:
         nodes, cells = self.fields(solution)
         around = self.system.points + nodes["displacement"]
         if self.system.exchanges:
-            comm = self.system.body.shared.comm
+            comm = self.system.sharing.comm
             around = np.concatenate(comm.allgather(around))
-            body, nodes, cells = gathered(self.system.body, nodes, cells)
+            body, nodes, cells = gathered(self.system, nodes, cells)
             if comm.rank:
                 return
         write_xdmf(path, body, nodes, cells)

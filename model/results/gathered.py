@@ -10,14 +10,14 @@ Fields = Mapping[str, np.ndarray]
 
 
 def gathered(
-    body: Any, nodes: Fields, cells: Fields
+    system: Any, nodes: Fields, cells: Fields
 ) -> tuple[Any, dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Gather a shared body and its fields on rank 0; collective.
+    """Gather a shared mesh and its fields on rank 0; collective.
 
     Parameters
     ----------
-    body : geometry.Body
-        With `shared`.
+    system : forms.System
+        With `sharing`.
     nodes, cells : dict of ndarray
         Fields at the nodes and in the cells that this rank holds.
 
@@ -25,19 +25,17 @@ def gathered(
     -------
     On rank 0 the whole mesh, for `write_xdmf`, and its fields; on other ranks None and nothing.
     """
-    comm, ids, owner = body.shared.comm, body.shared.ids[0], body.shared.owner[0]
-    own = np.flatnonzero(owner == comm.rank)
-    # Each cell once: by the rank that owns its lowest node, which holds all cells around that.
-    lowest = np.take_along_axis(body.cells, np.argmin(ids[body.cells], axis=1)[:, None], axis=1)[:, 0]
-    ours = np.flatnonzero(owner[lowest] == comm.rank)
+    comm, ids, own = system.sharing.comm, system.sharing.mesh_ids, system.sharing.own
+    ours = system.sharing.cells
     at_nodes = comm.gather({name: values[own] for name, values in nodes.items()})
     in_cells = comm.gather({name: values[ours] for name, values in cells.items()})
-    places = comm.gather((ids[own], body.coordinates[own], ids[body.cells[ours]]))
+    places = comm.gather((ids[own], system.points[own], ids[system.cells[ours]]))
     if comm.rank:
         return None, {}, {}
     numbers, points, corners = (np.concatenate(part) for part in zip(*places))
     order = np.argsort(numbers)
-    mesh, vertices = _mesh(points[order], corners, body.cell)
+    corners = np.searchsorted(numbers[order], corners)
+    mesh, vertices = _mesh(points[order], corners, system.mesh.topology.cell_name())
     order = order[mesh.geometry.input_global_indices]
     original = mesh.topology.original_cell_index
     return (

@@ -1,9 +1,11 @@
 """What holds a body: reactions of supports and platens, and the sheet in which all forces balance."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+
+from model.one_rank import ONE_RANK
 
 CLOSED = 1e-6  # of the largest force: beyond it the sheet is of another load than the solution
 
@@ -27,6 +29,8 @@ class Balance:
         Their force on each.
     points : (h, d)
         Where they are before loading; as strain is linear, moments are of forces there.
+    ranks : OneRank or geometry.exchange.Exchange
+        Who shares the body: nodes are then those of this rank, sums those of all.
 
     Examples
     --------
@@ -48,6 +52,7 @@ class Balance:
     nodes: np.ndarray
     nodal: np.ndarray
     points: np.ndarray
+    ranks: Any = field(default=ONE_RANK, repr=False)
 
     @property
     def remainder(self) -> float:
@@ -64,7 +69,8 @@ class Balance:
             Say, `body.nodes("top")`; those that nothing holds count for nothing.
         """
         here = np.isin(self.nodes, nodes)
-        return self.nodal[here].sum(axis=0), moment(self.points[here] - self.about, self.nodal[here])
+        turn = moment(self.points[here] - self.about, self.nodal[here])
+        return self.ranks.sum(self.nodal[here].sum(axis=0)), self.ranks.sum(turn)
 
     def __str__(self) -> str:
         """Return the sheet as a table, a line a kind."""
@@ -95,34 +101,33 @@ def _in_space(vectors: np.ndarray) -> np.ndarray:
 def balance(contact: Any, solution: Any, about: Any = None, load: np.ndarray | None = None) -> Balance:
     """Return the sheet of a solution or a state of motion of a BodyOnRoad; see `BodyOnRoad.reactions`."""
     system, dim = contact.system, contact.points.shape[1]
-    if system.exchanges:
-        raise ValueError("Reactions are not summed over ranks yet; run this scene on one rank.")
     about = np.zeros(dim) if about is None else np.asarray(about, dtype=float)
     if about.shape != (dim,) or not np.isfinite(about).all():
         raise ValueError(f"The moments are about {about}; give a point of {dim} finite numbers.")
-    if len(system.exchanges):
-        raise ValueError("The sheet of forces is not shared among ranks yet; run on one rank.")
     if system.elastic is not None:
         raise ValueError("The sheet of forces is there for linear strain only.")
     loads = system.nodal_load(getattr(solution, "time", None), load)
-    motion = {"A": system.expand(solution.displacement)}
+    sharing = system.sharing
+    ranks = ONE_RANK if sharing is None else sharing.exchange
+    motion = {"A": system.whole(solution.displacement)}
     for name, rate in (("C", "velocity"), ("M", "acceleration")):
         if hasattr(solution, rate) and getattr(system, name) is not None:
-            motion[name] = system.expand(getattr(solution, rate))
+            motion[name] = system.whole(getattr(solution, rate))
     touching = np.zeros(loads.shape)
     touching[contact.nodes] = solution.contact_force
     nodes, nodal = system.reactions(motion, loads + touching)
     held = np.zeros(loads.shape)
     held[nodes] = nodal
-    arm = system.points - about
-    sheet = {"loads": loads, "reactions": held, "contact": touching}
-    force = {kind: values.sum(axis=0) for kind, values in sheet.items()}
-    turn = {kind: moment(arm, values) for kind, values in sheet.items()}
+    own = slice(None) if sharing is None else sharing.own
+    arm = (system.points - about)[own]
+    sheet = {"loads": loads[own], "reactions": held[own], "contact": touching[own]}
+    force = {kind: ranks.sum(values.sum(axis=0)) for kind, values in sheet.items()}
+    turn = {kind: ranks.sum(moment(arm, values)) for kind, values in sheet.items()}
     for name, kind in {"A": "ground", "C": "damping", "M": "inertia"}.items():
         if name in motion:
-            whole = -system.resultant(name, motion[name], about)
+            whole = -ranks.sum(system.resultant(name, motion[name], about))
             force[kind], turn[kind] = whole[:dim], whole[dim:]
-    found = Balance(about, force, turn, nodes, nodal, system.points[nodes])
+    found = Balance(about, force, turn, nodes, nodal, system.points[nodes], ranks)
     if not hasattr(solution, "mean_force") and found.remainder > max(CLOSED, 100 * solution.residual):
         raise ValueError(
             f"The forces do not balance by {found.remainder:.1g} of the largest, as if the load had been "
