@@ -80,6 +80,7 @@ forces = np.array([[by_hand(g)[2], hanging_rod(0.0, L, E, weight, g)[2]] for g i
 scene.figure(rod_that_hangs(y, (u, stress), (exact, sigma), gaps, forces), "rod")
 contact.write(scene.out / "rod.xdmf", solution)
 contact.problem.save(scene.out / "problem.npz", solution)
+scene.finish(solution)
 
 # %% [markdown]
 # **In ParaView**, open `rod.xdmf` and `rod_road.xdmf`, *Warp By Vector* on `displacement`, and colour by `stress`, component YY: it
@@ -103,6 +104,3 @@ lowered = strip(gap, gap + touches)
 assert np.isclose(lowered.pressure(solve(lowered)).mean(), weight * L)
 # 3. It is constant in each element, and right in the middle: half a step, rho g h / 2, off at the ends.
 assert np.allclose(stress, (sigma[1:] + sigma[:-1]) / 2)
-
-# %%
-scene.finish(solution)

@@ -4,9 +4,8 @@
 # **You will learn** to follow a load path, why the same loads may have different answers, and how friction makes a loop
 # of force over displacement. **You need** {doc}`sticks_or_slips`: its rod on a road, pressed by $w$, pulled by $Q$.
 #
-# Where a node sticks it stays *where the last step has left it*: contact with friction is a matter of increments, and each
-# load step is a problem of its own, with that place as its reference. `follow` does just that. Let $u$ be the displacement of the
-# end that is pulled; from a fresh start (a) of that lesson says
+# A node sticks *where the last step has left it*: each load step is a problem of its own, with that place as its reference.
+# `follow` does just that. From a fresh start the end that is pulled has moved by
 #
 # $$ u = \frac{Q^2}{2 EA\, \mu w}. \tag{a} $$
 #
@@ -73,6 +72,7 @@ lines = {name: -way[-1].contact_force[:, 0] / bar.share for name, way in zip(nam
 scene.figure(loops_of_force(Q, u, exact, bar.x, lines, mu * w), "load_paths")
 write_line(scene.out / "rod.xdmf", bar.x, solutions[-1], solutions[-1].pressure_force / bar.share)
 rod_problem(bar, w, most, mu).save(scene.out / "problem.npz", straight[-1])
+scene.finish(solutions[-1])
 
 # %% [markdown]
 # So a result with friction is a result *of a path*: say which, and look whether it stays if the steps are halved. The next
@@ -98,6 +98,3 @@ _, walked = along([(0.5, 0.0), (0.5, most), (1.0, most), (1.0, 0.0)] * 10)
 print("after each pull:", walked[2::4].round(4), "after each release:", walked[3::4].round(4))
 # 3. Half of it, by (b); and 0 = u_m - (Q_m - Q)^2 / (4 c) gives Q = Q_m (1 - sqrt(2)).
 assert abs(along([(1.0, q) for q in (most, most * (1 - np.sqrt(2)))])[1][-1]) < 0.01 * end
-
-# %%
-scene.finish(solutions[-1])

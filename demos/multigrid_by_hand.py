@@ -34,11 +34,9 @@ show_source(interpolation, correction)
 # - A coarse node reaches over several fine ones. Some of those touch and must not move: their rows of $P$ are set to
 #   zero, and the coarse matrix is that of the *truncated* $P$. What the road carries is no residual.
 # - The correction may carry other nodes into the road. They are put back on it, and the step $t$ is halved until
-#   $J(u) = \tfrac12 u \cdot K u - b \cdot u$ has not grown:
+#   $J(u) = \tfrac12 u \cdot K u - b \cdot u$ has not grown, which carries the proof of convergence over from the loop alone:
 #
 # $$ u \leftarrow \max(u + t\, P c,\ -g^0), \qquad J(\text{new}) \le J(\text{old}). \tag{b} $$
-#
-# So $J$ falls in each cycle, which carries the proof of convergence over from the loop alone.
 
 # %%
 show_source(coarse, cycle)
@@ -68,6 +66,7 @@ off = np.abs(solution.displacement[:, 1] - exact).max() / 0.2
 scene.result("package_against_hand", off, "d", 0.0, "the cycles above")
 write_string(scene.out / "string.xdmf", cord, solution)
 contact_problem(cord).save(scene.out / "problem.npz", solution)
+scene.finish(solution)
 
 # %% [markdown]
 # The package does the same in the plane and in space, with friction too, with conjugate gradients around the cycles, and computes
@@ -89,8 +88,7 @@ contact_problem(cord).save(scene.out / "problem.npz", solution)
 # 1. They still converge, since the sweeps do, but much of each correction is cut off again:
 careless = partial(cycle, truncate=False)
 print("without truncation:", {n: len(steps(careless, from_below(n))) for n in (31, 63)}, "cycles")
-# 2. The first correction throws nearly the whole string on the road, and a sweep lets go of a node only once its
-# neighbour is free: the edge of the contact moves by a node or two a cycle.
+# 2. The first correction throws nearly the whole string on the road, whose edge then moves by a node or two a cycle:
 print("from u = 0:", {n: len(steps(cycle, np.zeros(n))) for n in (31, 63, 127, 255)}, "cycles")
 # 3. Two: the start is already as good as the next coarser mesh allows.
 true = string_multigrid.nested(255, tolerance=1e-11)
@@ -100,6 +98,3 @@ for each in (1, 2, 3):
 # 4. Two sweeps on n nodes, and on n/2, n/4, ...: about 4, and as much again for residuals and transfers; in the
 # plane 2 (1 + 1/4 + ...) = 8/3, in space 16/7.
 print("sweeps of the finest mesh in a V(1,1) cycle:", [round(2 / (1 - 0.5**dim), 2) for dim in (1, 2, 3)])
-
-# %%
-scene.finish(solution)

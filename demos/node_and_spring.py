@@ -73,6 +73,7 @@ scene.result("package_against_hand", off / d, "d", 0.0, "the loop above")
 scene.figure(string_on_the_road(cord, u, p, history), "string")
 write_string(scene.out / "string.xdmf", cord, solution)
 contact_problem(cord).save(scene.out / "problem.npz", solution)
+scene.finish(solution)
 
 # %% [markdown]
 # Every gap and every force is exactly right in sign, though the loop was never told which nodes touch. It also crawls:
@@ -97,6 +98,3 @@ for order, factor in ((range, 1.0), (backward, 1.0), (shuffled, 1.0), (range, 1.
     w, _, errors = loop(K, b, g0, 250, order, factor)
     print("sweeps to ten digits:", 1 + np.argmax(errors < 1e-10))
     assert np.allclose(w, u, atol=1e-8)
-
-# %%
-scene.finish(solution)

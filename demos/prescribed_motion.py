@@ -30,7 +30,7 @@ steps = (4, 20) if scene.quick else (10, 80)
 
 
 @scene.assembly
-def block():
+def block(k=k):
     body = Body.from_grid(rectangle(20.0, 10.0, 16 if scene.quick else 40, 8 if scene.quick else 20))
     elasticity = Elasticity(body, Isotropic(E, nu))
     support = Support(body).platen("top").fix("top", y=lambda t: -deep * min(t, 1.0)).spring("top", x=k)
@@ -62,16 +62,18 @@ panels = {"force (N/mm)": forces, "share of touching nodes that slip": {"compute
 scene.figure(panels_over(way, panels, "way of the belt (mm)", since), "belt")
 contact.write(scene.out / "belt.xdmf", solutions[-1])
 contact.problem.save(scene.out / "problem.npz")
+scene.finish(solutions[-1])
 
 # %% [markdown]
 # Slip begins at the edges, where the pressure of a block that is bonded to its platen falls off, long before all of it
-# slides; so the curve bends over before it is level.
+# slides; so the curve bends over before it is level. **In ParaView**, open `belt.xdmf`, and colour by `contact_traction`, X.
 #
 # ## Exercises
 #
 # 1. How far must the belt go before all slides, if the block were rigid? Compare with the figure.
 # 2. Turn the belt's plane, `MovingRoad(Plane(), turn=lambda t: 0.01 * t)`, under the pressed block. Which support bears a
 #    moment?
+# 3. Take a spring three times as stiff. What becomes of Q at the end, and of the way of the platen?
 #
 # **Further reading.** E. Rabinowicz, *Friction and Wear of Materials*, Wiley, 1965, on sliders that springs pull. B. N. J.
 # Persson, *Sliding Friction*, Springer, 2000, chapter 3.
@@ -85,6 +87,6 @@ assert sliding > mu * N[-1] / k
 contact.road = MovingRoad(Plane((10.0, 0.0), (0.0, 1.0)), turn=lambda t: 0.003 * t, centre=(10.0, 0.0))
 *_, tilted = follow(contact, [0.5, 1.0])
 print(contact.reactions(tilted, about=(10.0, 10.0)))
-
-# %%
-scene.finish(solutions[-1])
+# 3. Q is mu N as before, and the way a third.
+*_, stiff = follow(block(3 * k), times)
+assert abs(contact.displacement(stiff)[platen, 0] / (s[-1] / 3) - 1) < 0.01

@@ -70,6 +70,7 @@ for name, run in runs.items():
 identity = np.abs(runs["Newmark"]["gain"] - runs["Newmark"]["numerical"]).max() / exact.energy
 scene.result("newmark_energy_identity_error", identity, "of 1/8", 0.0, "dE = 1/2 sum (p0 + p1)(g1 - g0)")
 scene.figure(panels_of_impacts(runs, exact), "impact")
+scene.finish(runs["Newmark"])
 
 # %% [markdown]
 # **In ParaView**, open `rod.xdmf`, *Warp By Vector*, colour by `stress`, component XX, and play: the front runs to and fro.
@@ -102,6 +103,3 @@ print("lost in the first step, and in all:", 1 - energy[[1, -1]] / exact.energy)
 # problem*, SIAM J. Sci. Comput. 33 (2011) 223. P. Deuflhard, R. Krause, S. Ertel, *A contact-stabilized Newmark method*,
 # Int. J. Numer. Meth. Engng 73 (2008) 1274. H. Khenous, P. Laborde, Y. Renard, *Mass redistribution method for finite
 # element contact problems in elastodynamics*, Eur. J. Mech. A 27 (2008) 918.
-
-# %%
-scene.finish(runs["Newmark"])

@@ -74,6 +74,7 @@ mesh, dt = ((96, 4), 0.002) if scene.quick else ((192, 6), 0.001)
 scheme = EnergyMomentum(wheel(1e5, 0.1, mesh), dt)
 lines = note_rolling(scene, scheme, mu=0.1, v0=2.0, end=0.85)
 scene.figure(way_over_time(lines, "speed of the centre (m/s)"), "sliding_to_rolling")
+scene.finish(runs["finite, mu=0.1"].history)
 
 # %% [markdown]
 # **In ParaView**, open `ring.xdmf` and `ring_road.xdmf`, *Warp By Vector* on `displacement`, colour by `contact_pressure`, and play: it turns.
@@ -103,6 +104,3 @@ print(
 # **Further reading.** J. C. Simo, N. Tarnow, *The discrete energy-momentum method*, Z. angew. Math. Phys. 43 (1992) 757-792.
 # O. Gonzalez, *Exact energy and momentum conserving algorithms for general models in nonlinear elasticity*, Comput. Methods
 # Appl. Mech. Engrg. 190 (2000) 1763-1783.
-
-# %%
-scene.finish(runs["finite, mu=0.1"].history)

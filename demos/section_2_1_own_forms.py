@@ -95,6 +95,7 @@ scene.result("mean_pressure_in_time", np.mean(forces), "MPa", at_rest, "eq. (a),
 levels, title = {"at rest, eq. (a)": at_rest}, "A fifth more load, all at once"
 scene.figure(lines_figure(lines, "t (ms)", "mean pressure (MPa)", title, levels), "pressure_in_time")
 contact.problem.save(scene.out / "problem.npz", solution)
+scene.finish(solution)
 
 # %% [markdown]
 # **In ParaView**, open `hill.xdmf` and `hill_road.xdmf`, *Warp By Vector* on `displacement`, and colour by `contact_pressure`.
@@ -119,6 +120,3 @@ print(refusal(strip, kappa, fem.functionspace(domain, ("Lagrange", 2, (2,)))))
 uneven = BodyOnRoad(strip(kappa * (1 - abs(ufl.SpatialCoordinate(domain)[0]) / L)), bottom, Plane())
 patch = read_patch(uneven, solve(uneven))
 assert patch.p[0] > 1.1 * patch.p[48] > 1.1 * expected
-
-# %%
-scene.finish(solution)

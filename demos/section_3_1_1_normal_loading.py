@@ -2,15 +2,13 @@
 # # Section 3.1.1: a cylinder pressed on a road
 #
 # **You will learn** how a body above a road becomes a contact problem, how well Hertz's theory describes it, and what
-# friction changes. **You need** plane strain, and the contact conditions of a single node.
-#
-# A cylinder of radius $R$ is pressed with the force $P$ per length on a rigid plane. Hertz takes the body for a half space:
+# friction changes. **You need** plane strain, and the contact conditions of a single node. A cylinder of radius $R$ is pressed with the force $P$ per length on a rigid plane. Hertz takes the body for a half space:
 #
 # $$ p(x) = p_0 \sqrt{1 - x^2/a^2}, \qquad p_0 = \sqrt{\frac{P E^*}{\pi R}}, \tag{12} $$
 # $$ a = \sqrt{\frac{4 P R}{\pi E^*}}, \qquad E^* = \frac{E}{1 - \nu^2}. \tag{13} $$
 #
-# The discrete problem: find nodal displacements $u$ and forces of the road, $p_i$ along its normal $n_i$ and $\tau_i$
-# across it, with $K u = b + f$ (equation (3) at rest) and at each node that may touch
+# The discrete problem: find $u$ and forces of the road, $p_i$ along its normal $n_i$ and $\tau_i$ across it, with
+# $K u = b + f$ (equation (3) at rest) and at each node that may touch
 #
 # $$ g_i = g_i^0 + n_i \cdot u_i \ge 0, \qquad p_i \ge 0, \qquad p_i g_i = 0, \qquad |\tau_i| \le \mu p_i. \tag{5, 6, 7} $$
 #
@@ -59,8 +57,7 @@ pressed.write(scene.out / "frictionless.xdmf", solution)
 
 # %% [markdown]
 # **With friction, in ten steps: figure 5.** An elastic body on a rigid road spreads as it is pressed, so normal loading alone
-# causes shear: the peak grows, the patch shrinks a little, its edge slips. Within a step a node sticks where it was at the end
-# of the last one, so the answer depends on the number of steps. Spence (1975) solved the half-plane problem.
+# causes shear: the peak grows, the patch shrinks a little, its edge slips. Spence (1975) solved the half-plane problem.
 
 # %%
 rubbing = cylinder(platen=True, friction=mu)
@@ -75,6 +72,7 @@ theory = {"Hertz, mu = 0": hertz.pressure, "Spence, p": spence.pressure, "Spence
 scene.figure(patch_figure(patch, theory, hertz.a, "mu = 0.5, ten steps (figure 5)"), "figure_5")
 rubbing.write(scene.out / "friction.xdmf", path[-1])
 save_last_step(scene.out / "problem.npz", rubbing, path)
+scene.finish(solution)
 
 # %% [markdown]
 # **In ParaView**, open `friction.xdmf` and `friction_road.xdmf` (*XDMF Reader*), *Warp By Vector* on `displacement`, colour by the
@@ -99,6 +97,3 @@ assert 0 < read_patch(straight, solve(straight)).p.max() / scene.value("p0[mu=0]
 # 3. Only near the middle (Spence: c = 0.05 a), and the peak lies between Hertz's and that of mu = 0.5.
 patch = read_patch(slippery, list(follow(slippery.problem, loads))[-1])
 assert patch.zone(Status.STICK)[1] < 0.2 * hertz.a and hertz.p0 < patch.p.max() < scene.value("p0[mu=0.5]")
-
-# %%
-scene.finish(solution)

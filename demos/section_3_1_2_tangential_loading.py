@@ -88,6 +88,7 @@ scene.result("stick_centre[uncoupled]", zone.centre, "mm", 0.0, "eq. (14), from 
 theory = {"Cattaneo-Mindlin, (14)": mindlin.traction, "full sliding": mindlin.sliding_traction}
 sticks = zone.centre - zone.interpolated, zone.centre + zone.interpolated
 scene.figure(traction_figure(patch, mu, theory, hertz.a, "Uncoupled", sticks), "uncoupled")
+scene.finish(last)
 
 # %% [markdown]
 # **In ParaView**, open `subsequent.xdmf` and `initial.xdmf` side by side and colour by `status`: 2 sticks, 1 slips.
@@ -112,6 +113,3 @@ patch = read_patch(pressed, last)
 assert abs(last.contact_force[:, 0].sum()) < 1e-8 * Q and abs(patch.tau).max() > 0.1 * patch.p.max()
 # 3. Nothing can balance it: the body would slide away, and one sentence says so.
 print(refusal(list, follow(pressed.problem, [push + 2 * pull])))
-
-# %%
-scene.finish(last)

@@ -82,6 +82,7 @@ note_energy(scene, newmark, list(runs.values()), KINETIC)
 scene.result("free_flight_deformation", max(bent), "m", 0.0, "all schemes")
 scene.result("largest_von_mises_stress[mu=0.1]", peak / 1000.0, "of E", None, "strain is linear")
 scene.result("steps_per_wave_period", newmark[0].resolution.fewest, "1", 10, "what it takes", "at least")
+scene.finish(runs["Newmark", 0.1])
 
 # %% [markdown]
 # **In ParaView**, open `ring_mu=0.1.xdmf` and its road, *Warp By Vector* on `displacement`, colour by `von_mises`, and play.
@@ -105,6 +106,3 @@ assert abs(run["v_y(A)"].min() + gravity * np.sqrt(2) * FALL) < 0.01 * gravity
 assert abs(np.degrees(scene.value("spin[mu=0.1,mass redistribution]")) + 41) < 2
 # 3. The waves excited at the impact have periods of 0.017 s, 1.7 steps; ten would be needed.
 assert newmark[0].resolution.fewest < 3
-
-# %%
-scene.finish(runs["Newmark", 0.1])

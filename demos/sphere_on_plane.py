@@ -80,6 +80,7 @@ scene.result("tangential_balance_error", abs(pushed - 1), "1", 0.0, "equilibrium
 for name, figure in pushed_sphere(rubbing, slipped, hertz, mindlin, f"Q = {part} mu F").items():
     scene.figure(figure, name)
 rubbing.write(scene.out / "sphere.xdmf", slipped)
+scene.finish(solution)
 
 # %% [markdown]
 # **In ParaView**, look at `sphere.xdmf` from below, colour by `status` (2 sticks, 1 slips), then by `contact_traction`.
@@ -103,6 +104,3 @@ assert rubbing.pressure(slipped) * rubbing.area @ rubbing.points[:, 0] > 0
 # %% [markdown]
 # **Further reading.** K. L. Johnson, *Contact Mechanics*, Cambridge, 1985, chapters 4 and 7. The meshes up to a million
 # unknowns, and what other solvers need for them: `reports/sphere_refinement.py`.
-
-# %%
-scene.finish(solution)

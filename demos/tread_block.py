@@ -2,9 +2,7 @@
 # # A tread block on a rough road
 #
 # **You will learn** to read a road from a file, to follow a load path over it, and why the real contact area is not the
-# nominal one. **You need** section 3.1.2; nearly incompressible materials are explained as we go.
-#
-# Rubber blocks with grooves between them are pressed on a rough road by a rigid platen, and the road is pulled away below
+# nominal one. **You need** section 3.1.2. Rubber blocks with grooves between them are pressed on a rough road by a rigid platen, and the road is pulled away below
 # them. At each step the displacement and the forces satisfy $K u = b + f$ and
 #
 # $$ g(x + u) \ge 0, \qquad p \ge 0, \qquad p\,g = 0, \qquad |\tau| \le \mu p, \tag{5, 6, 7} $$
@@ -62,7 +60,6 @@ rubber, flat = tread(profile), tread(Plane())
 full = pressure * rubber.area.sum() * rubber.problem.b
 first = replace(rubber.problem, b=full)  # on the planes nearest at rest
 first.save(scene.out / "problem.npz", solve(first, "direct"))  # for any other solver
-
 path = press_and_drag(scene, "2-D", rubber, profile, pressure, sliding, steps, scene.out / "tread.xdmf")
 on_flat = press_and_drag(scene, "flat road", flat, Plane(), pressure, sliding, steps)
 paths = {"rough road": path, "flat road": on_flat}
@@ -72,10 +69,10 @@ scene.result("largest_strain[2-D]", largest, "1", 0.1, "small, for linear strain
 scene.figure(area_and_friction(paths, mu), "area_and_friction")
 begins = steps[0] + steps[1] * 3 // 8 - 1  # 1.5 mm: it begins to slide
 scene.figure(stick_slip_along_the_road(rubber, path, begins, stress[begins], profile), "stick_and_slip_2d")
+scene.finish(path.solutions[-1], **path.cost())
 
 # %% [markdown]
-# The blocks stick up to about 1 mm and slide altogether from 2.4 mm on; stick lasts longest on the summits. The strains at the
-# corners are beyond what linear strain is true to: the program says so.
+# The blocks stick up to about 1 mm and slide altogether from 2.4 mm on. The strains at the corners are beyond linear strain.
 #
 # **In ParaView**, open `tread.xdmf`, and `tread_road.xdmf`, which moves, *Warp By Vector* on both, colour by `status`, and play.
 #
@@ -100,6 +97,3 @@ for name, each in paths.items():
 # **Further reading.** B. N. J. Persson, *Theory of rubber friction and contact mechanics*, J. Chem. Phys. 115 (2001) 3840.
 # T. J. R. Hughes, *Generalization of selective integration procedures to anisotropic and nonlinear media*, Int. J. Numer.
 # Meth. Engng 15 (1980) 1413, for (a). Cords, and blocks in space: `reports/tread_blocks.py`.
-
-# %%
-scene.finish(path.solutions[-1], **path.cost())

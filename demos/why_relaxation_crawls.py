@@ -73,6 +73,7 @@ scene.result("cycles[finest]", found[-1][1], "1", found[0][1], "as many as on th
 scene.result("residual_of_the_loop_alone[finest]", found[-1][2], "1", 0.0, "the loop alone")
 pressed.write(scene.out / "pressed.xdmf", answer)
 pressed.problem.save(scene.out / "problem.npz", answer)
+scene.finish(answer)
 
 # %% [markdown]
 # **In ParaView** open `pressed.xdmf`, *Warp By Vector* on `displacement`, and colour by `von_mises`: the answer is smooth away
@@ -97,6 +98,3 @@ errors = steps(lambda K, b, lower, u: (relax(K, b, lower, u), touching.append((u
 decided = next(k for k in range(len(touching)) if len(set(touching[k:])) == 1)
 print(f"{decided} sweeps until it knows what touches, {len(errors) - decided} more")
 # 3. m grows as N, N^(1/2) and N^(1/3), and the sweeps as its square: as N^2, N and N^(2/3).
-
-# %%
-scene.finish(answer)

@@ -23,6 +23,7 @@ myst_enable_extensions = ["amsmath", "attrs_block", "attrs_inline", "colon_fence
 myst_heading_anchors = 3
 nb_execution_mode = "off"  # the build has executed them, each in a folder of its own
 nb_merge_streams = True
+nb_render_markdown_format = "myst"  # tables that cells show
 
 suppress_warnings = ["ref.python"]  # names of parameters are no references
 
