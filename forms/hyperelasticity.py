@@ -145,6 +145,14 @@ class Hyperelasticity(Elasticity):
         self._put(after, before)
         return self._matrix_of("step tangent")
 
+    def rate_force(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """Return the nodal forces (N, dim) of the stress C1 - C0 in a step, as of a viscosity of 1.
+
+        It has neither sum nor moment, and does work wherever the body deforms.
+        """
+        self._put(after, before)
+        return self._vector_of("rate force")
+
     def volume_ratio(self, u: np.ndarray) -> float:
         """Return the smallest det F at displacement u (N, dim), over all points that the forms look at."""
         d, smallest = self.body.dim, np.inf
@@ -194,6 +202,9 @@ class Hyperelasticity(Elasticity):
             S = _in_the_body(_step_stress(psi, C0, C1), self.body.dim)
             return ufl.inner(0.5 * (F0 + F1) * S, ufl.grad(v))
 
+        def rate(psi: Any) -> Any:
+            return ufl.inner(0.5 * (F0 + F1) * _in_the_body(C1 - C0, self.body.dim), ufl.grad(v))
+
         def made(integrand: Callable[[Any], Any], *by: Any) -> list[Any]:
             forms = []
             for rule in self._rules:
@@ -210,6 +221,7 @@ class Hyperelasticity(Elasticity):
                 "tangent": lambda: made(lambda psi: psi(C1), v, du),
                 "step force": lambda: made(step),
                 "step tangent": lambda: made(step, du),
+                "rate force": lambda: made(rate),
             }
         )
 

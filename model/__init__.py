@@ -16,6 +16,7 @@ from model.dynamics.mass_redistribution import MassRedistribution
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.newmark import Newmark
 from model.finite_strain.energy_momentum import EnergyMomentum
+from model.finite_strain.lossless_contact import LosslessContact
 from model.finite_strain.moving_body import FiniteBody
 from model.finite_strain.statics import FiniteContact
 from model.node_loop.friction_laws import (
@@ -89,6 +90,7 @@ __all__ = [
     "HertzCylinder",
     "HertzSphere",
     "History",
+    "LosslessContact",
     "MassRedistribution",
     "MindlinCylinder",
     "MindlinSphere",

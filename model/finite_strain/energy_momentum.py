@@ -73,7 +73,7 @@ class FiniteMidpoint(Midpoint):
             displacement=u1,
             velocity=v1,
             acceleration=(v1 - v0) / dt,
-            mean_force=touch.force,
+            mean_force=self._mean_force(touch),
             work=self._contact_work(touch, u1 - u0, before),
         )
 
@@ -92,8 +92,8 @@ class FiniteMidpoint(Midpoint):
         load, anderson = self.mean_load(before), Anderson(np.inf)
         u1, sizes = self._guess(before), []
         self._turn = self._turn_between(before.displacement, u1)
-        missing, scale = self._missing(before, load, u1)
         touch: Any = before
+        missing, scale = self._missing(before, load, u1, None)
         for _ in range(limit):
             gap, self._normal = body.gaps(u1)
             back = (before.displacement - u1)[nodes]
@@ -114,7 +114,7 @@ class FiniteMidpoint(Midpoint):
                 break
             if not damped:
                 u1 = anderson.combine(touch.increment, image)
-                missing, scale = self._missing(before, load, u1)
+                missing, scale = self._missing(before, load, u1, touch)
                 continue
             u1, missing, scale = self._damped(before, load, u1, touch)
         raise NotConverged(
@@ -131,7 +131,7 @@ class FiniteMidpoint(Midpoint):
             trial = u1 + part * touch.increment
             if not self.body.forces.volume_ratio(trial) > 0.0:
                 continue
-            missing, scale = self._missing(before, load, trial)
+            missing, scale = self._missing(before, load, trial, touch)
             wanted = missing.copy()
             wanted[self.body.contact_nodes] += touch.force
             size = length(wanted)
@@ -157,14 +157,23 @@ class FiniteMidpoint(Midpoint):
             guess[self.body.prescribed] = held[self.body.prescribed]
         return guess
 
-    def _missing(self, before: State, load: np.ndarray, u1: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return load less inertia less the step's internal force (N, d), and the size of these forces."""
+    def _missing(
+        self, before: State, load: np.ndarray, u1: np.ndarray, touch: Touch | None
+    ) -> tuple[np.ndarray, float]:
+        """Return load less inertia less the step's internal force (N, d), and the size of these forces.
+
+        `touch` is how the last iteration ended, if there was any.
+        """
         dt, body = self.dt, self.body
         e = u1 - before.displacement - dt * before.velocity
-        internal = body.forces.step_force(before.displacement, u1)
+        internal = self._internal(before, load, u1, touch)
         inertia = (self.M @ (2.0 / dt**2 * e.ravel())).reshape(e.shape)
         missing = np.where(body.prescribed, 0.0, load - inertia - internal)
         return missing, length(load) + length(internal)
+
+    def _internal(self, before: State, load: np.ndarray, u1: np.ndarray, touch: Touch | None) -> np.ndarray:
+        """Return the step's internal force (N, d)."""
+        return self.body.forces.step_force(before.displacement, u1)
 
     def _turn_between(self, u0: np.ndarray, u1: np.ndarray) -> np.ndarray:
         """Rotation (d, d) of the body at half the step; a body on supports does not turn, as they do not."""
@@ -198,15 +207,21 @@ class FiniteMidpoint(Midpoint):
         )
         return StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt, body.places)
 
+    def _mean_force(self, touch: Touch) -> np.ndarray:
+        """Mean contact force (n, d) of a step."""
+        return touch.force
+
     def _contact_work(self, touch: Touch, change: np.ndarray, before: State) -> Work:
         """Work and impulse of the contact forces of a step."""
-        normal, force = self._normal, touch.force
-        pressure = np.einsum("ca,ca->c", normal, force)
-        tangential = force - pressure[:, None] * normal
-        work = Work(impulse=self.dt * force.sum(axis=0))
+        pressure = np.einsum("ca,ca->c", self._normal, touch.force)
+        work = Work(impulse=self.dt * self._mean_force(touch).sum(axis=0))
         work.normal = work.numerical = float(pressure @ (touch.gap - before.gap))
-        work.friction = float(np.vdot(tangential, change[self.body.contact_nodes]))
+        work.friction = float(np.vdot(self._tangential(touch.force), change[self.body.contact_nodes]))
         return work
+
+    def _tangential(self, force: np.ndarray) -> np.ndarray:
+        """Return the part of contact forces (n, d) along the road."""
+        return force - np.einsum("ca,ca,cb->cb", force, self._normal, self._normal)
 
 
 class EnergyMomentum(MassRedistribution, FiniteMidpoint):
@@ -287,7 +302,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
                 Record(self.tolerance, CONSTANT + EXACT, lambda: 0, progress=False, history=[np.inf]),
             )
         if self._half is None:
-            self._half = EnergyMomentum(self._given, self.dt / 2, self.halvings - 1, **self._options)
+            self._half = type(self)(self._given, self.dt / 2, halvings=self.halvings - 1, **self._options)
         half, spent = self._half, self.iterations
         middle = half.step(replace(before, step=2 * before.step))
         spent += half.iterations

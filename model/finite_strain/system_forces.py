@@ -52,6 +52,10 @@ class SystemForces:
         """Return the mean internal force (R, d) of a step."""
         return self.reduce(self.elastic.step_force(self.expand(before), self.expand(after)))
 
+    def rate_force(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """Return the forces (R, d) of the stress C1 - C0 in a step."""
+        return self.reduce(self.elastic.rate_force(self.expand(before), self.expand(after)))
+
     def tangent(self, u: np.ndarray, held: bool = True) -> Any:
         """Return the tangent (R d, R d); `held` leaves prescribed unknowns a lone diagonal entry each."""
         return self._reduced(self.elastic.tangent(self.expand(u)), held)

@@ -1,0 +1,84 @@
+"""Contact that takes no energy: rolling, bouncing, what friction takes, the limit of small steps."""
+
+import numpy as np
+import pytest
+
+from forms import Hyperelasticity, NeoHookean
+from geometry import Body, Plane, box, ring
+from model import EnergyMomentum, FiniteBody, History, LosslessContact, march
+
+pytestmark = pytest.mark.filterwarnings("ignore::model.UnresolvedWaves")
+
+
+def ring_above_road(mu=None, height=0.0, around=48, across=4):
+    body = Body.from_grid(ring(0.5, 0.2, around, across, lowest=(0.0, height)))
+    elastic = Hyperelasticity(body, NeoHookean(E=1000.0, nu=0.3))
+    load = elastic.body_force((0.0, -9.81))
+    return FiniteBody.from_forms(elastic, 1.0, load, Plane(), "outer", friction=mu)
+
+
+def ridden(scheme, steps, velocity):
+    begin = scheme.start(velocity=velocity)
+    history = History(scheme, begin)
+    *_, end = march(scheme, begin, steps, history, progress=False)
+    return history, end
+
+
+def rolling(body, speed=2.0):
+    """Velocities (N, 2) of a rigid ring that rolls."""
+    arm = body.coordinates - [0.0, 0.5]
+    return np.stack([speed + speed / 0.5 * arm[:, 1], -speed / 0.5 * arm[:, 0]], axis=1)
+
+
+def test_rolling_loses_what_friction_takes_and_no_more():
+    lost = {}
+    for method in (EnergyMomentum, LosslessContact):
+        body = ring_above_road(0.5)
+        history, _ = ridden(method(body, 0.005), 40, rolling(body))
+        lost[method] = (history["total"][0] - history["total"][-1]) / history["kinetic"][0]
+        assert history["gain"].max() < 1e-11 * history["kinetic"][0]
+        assert history["momentum_error"].max() < 1e-9
+        assert history["contacts"].max() >= 3
+    assert lost[EnergyMomentum] > 5e-4 and abs(lost[LosslessContact]) < 1e-10
+
+
+@pytest.mark.parametrize("mu", [None, 0.3])
+def test_a_bounce_keeps_energy_and_contact_exact(mu):
+    body = ring_above_road(mu, height=0.02)
+    scheme = LosslessContact(body, 0.005)
+    state = scheme.start(velocity=np.zeros_like(body.coordinates) + [3.0, -2.0])
+    history = History(scheme, state)
+    for after in march(scheme, state, 50, history, progress=False):
+        assert np.array_equal(after.gap == 0.0, after.status != 0)
+        assert body.gaps(after.displacement)[0].min() > -1e-14
+    kinetic = history["kinetic"][0]
+    assert history["contacts"].max() >= 3 and history["contacts"][-1] == 0
+    assert history["gain"].max() < 1e-10 * kinetic
+    assert history["total"][0] - history["total"][-1] < 1e-10 * kinetic
+    assert history["lowest_pressure"].min() >= 0.0
+    assert np.all(np.diff(history["friction"]) >= -1e-12 * kinetic)
+    assert history["momentum_error"].max() < 1e-9
+
+
+def test_small_steps_lead_where_those_of_the_end_force_lead():
+    off = {}
+    for dt in (0.005, 0.00125):
+        ends = []
+        for method in (EnergyMomentum, LosslessContact):
+            body = ring_above_road(0.3)
+            end = ridden(method(body, dt), round(0.1 / dt), np.zeros_like(body.coordinates) + [3.0, -2.0])[1]
+            ends.append(end.displacement)
+        off[dt] = np.abs(ends[0] - ends[1]).max()
+    assert off[0.00125] < 0.5 * off[0.005]
+
+
+def test_a_block_in_space_bounces():
+    body = Body.from_grid(box(0.4, 0.3, 0.3, 3, 3, 3, corner=(0.0, 0.0, 0.001)))
+    elastic = Hyperelasticity(body, NeoHookean(E=1e4, nu=0.4))
+    load = elastic.body_force((0, 0, -9.81))
+    road = Plane((0, 0, 0), (0, 0, 1))
+    moving = FiniteBody.from_forms(elastic, 1.0, load, road, "bottom", friction=0.4)
+    history, _ = ridden(LosslessContact(moving, 1e-3), 15, np.zeros_like(body.coordinates) + [1.0, 0.5, -1.0])
+    assert history["contacts"].max() > 0
+    assert history["gain"].max() < 1e-10 * history["kinetic"][0]
+    assert history["total"][0] - history["total"][-1] < 1e-10 * history["kinetic"][0]
