@@ -18,6 +18,7 @@ from model.ranks.krylov import conjugate_gradients, flexible_gmres
 from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
 from model.solvers.contact_solver import Solution
+from model.solvers.compiling import announce_compilation
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.truncated_multigrid import FORCING, UNSTEADY, free_directions, supported
 
@@ -85,6 +86,8 @@ class SharedSolver:
         self.problem, self.exchange = problem, problem.exchanges[0]
         self.ranks = self.exchange
         self.progress = progress and self.exchange.comm.rank == 0
+        if self.exchange.comm.rank == 0:
+            announce_compilation()
         self.loop = SharedLoop(problem)
         N, d = problem.coordinates.shape
         finest = SharedLevel(self.loop.A, self.exchange, N)

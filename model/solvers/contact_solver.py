@@ -16,6 +16,7 @@ from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 from model.problem.contact_problem import ContactProblem, length_scale, shaped
 from model.problem.rigid_modes import BALANCE, RigidModes
+from model.solvers.compiling import announce_compilation
 from model.solvers.convergence_record import Record
 from model.solvers.diagnosis import likely_causes
 from model.solvers.iterative_refinement import gap_at, missing_at, rounding_floor
@@ -190,6 +191,7 @@ class ContactSolver:
         N = problem.coordinates.shape[0]
         if order is not None and not np.array_equal(np.sort(order), np.arange(N)):
             raise ValueError(f"order must be a permutation of 0, ..., {N - 1}.")
+        announce_compilation()
         began = perf_counter()
         self.problem, self.progress = problem, progress
         self.rigid = RigidModes(problem.A, problem.coordinates, problem.contact_nodes)
