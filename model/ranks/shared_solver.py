@@ -17,8 +17,8 @@ from model.ranks.first_guess import FirstGuess
 from model.ranks.krylov import conjugate_gradients, flexible_gmres
 from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
-from model.solvers.contact_solver import Solution
 from model.solvers.compiling import announce_compilation
+from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.truncated_multigrid import FORCING, UNSTEADY, free_directions, supported
 
