@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from model.dynamics.block_sums import weighted_sum
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State, TimeIntegrator
 
@@ -64,10 +65,12 @@ class GeneralisedAlpha(TimeIntegrator):
     def effective_matrix(self) -> Any:
         """Return (1 - am) M / (beta dt^2) + (1 - af) (gamma / (beta dt) C + K)."""
         scale = 1.0 / (self.beta * self.dt**2)
-        A = self.M * ((1.0 - self.alpha_m) * scale) + self.body.K * (1.0 - self.alpha_f)
-        if self.body.C is None:
-            return A
-        return A + self.body.C * ((1.0 - self.alpha_f) * self.gamma * self.dt * scale)
+        late = 1.0 - self.alpha_f
+        return weighted_sum(
+            ((1.0 - self.alpha_m) * scale, self.M),
+            (late, self.body.K),
+            (late * self.gamma * self.dt * scale, self.body.C),
+        )
 
     def step(self, before: State) -> State:
         """Return the state one step later."""

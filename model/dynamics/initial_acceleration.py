@@ -23,7 +23,13 @@ from model.solvers.contact_solver import ContactSolver
 
 
 def consistent_acceleration(
-    body: MovingBody, u: np.ndarray, v: np.ndarray, gap: np.ndarray, normal: np.ndarray, dt: float
+    body: MovingBody,
+    u: np.ndarray,
+    v: np.ndarray,
+    gap: np.ndarray,
+    normal: np.ndarray,
+    dt: float,
+    correction: str = "direct",
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Accelerations and contact forces at the start.
 
@@ -36,6 +42,8 @@ def consistent_acceleration(
         Of the candidates at u; gaps of those that touch exactly 0.
     dt : float
         Time step; only its size matters.
+    correction : str
+        As for `ContactSolver`.
 
     Returns
     -------
@@ -54,9 +62,17 @@ def consistent_acceleration(
     friction: Any = body.friction
     law = friction if friction is None else friction.of(in_contact)
     problem = ContactProblem(
-        body.M / epsilon, r, body.coordinates, nodes, normal[in_contact], leaving, law, -relative
+        body.M / epsilon,
+        r,
+        body.coordinates,
+        nodes,
+        normal[in_contact],
+        leaving,
+        law,
+        -relative,
+        body.prolongations,
     )
-    solver = ContactSolver(problem, "direct", progress=False)
+    solver = ContactSolver(problem, correction, progress=False)
     places = body.places(SimpleNamespace(displacement=u, time=0.0))[in_contact]
     solution = solver.solve(tolerance=1e-12, places=places)
     address = None if law is None else law.address

@@ -15,10 +15,11 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_array, csc_array, csr_array, diags_array
+from scipy.sparse import bsr_array, csc_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import spsolve
 
+from model.dynamics.block_sums import block_among, scaled_by_nodes
 from model.dynamics.initial_acceleration import mass_inverse
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.moving_body import MovingBody
@@ -59,8 +60,7 @@ class MassRedistribution(Midpoint):
         body = with_weight(body, self._M)
         super().__init__(body, dt, **options)
         d, nodes = body.dim, body.contact_nodes
-        unknowns = (nodes[:, None] * d + np.arange(d)).ravel()
-        self._own = bsr_array(body.K.tocsr()[unknowns][:, unknowns], blocksize=(d, d))
+        self._own = block_among(body.K, nodes)
         rest = np.zeros((nodes.size, d))
         gap, normal = body.gaps(np.zeros_like(body.coordinates))
         problem = ContactProblem(
@@ -229,8 +229,7 @@ def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed
             f"{np.count_nonzero(layer)}: mass or moments of inertia stay off by {off:.1e}; "
             "give the body three cells or more across, or name fewer contact nodes."
         )
-    S = diags_array(np.repeat(s, d))
-    return bsr_array(S @ A @ S, blocksize=(d, d))
+    return scaled_by_nodes(A, s)
 
 
 def _kept_motions(coordinates: np.ndarray, prescribed: np.ndarray) -> tuple[np.ndarray, tuple]:

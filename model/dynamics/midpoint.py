@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from model.dynamics.block_sums import weighted_sum
 from model.dynamics.time_integrator import State, TimeIntegrator
 
 
@@ -22,8 +23,7 @@ class Midpoint(TimeIntegrator):
 
     def effective_matrix(self) -> Any:
         """Return 2 M / dt^2 + C / dt + K / 2."""
-        A = self.M * (2.0 / self.dt**2) + self.body.K * 0.5
-        return A if self.body.C is None else A + self.body.C * (1.0 / self.dt)
+        return weighted_sum((2.0 / self.dt**2, self.M), (0.5, self.body.K), (1.0 / self.dt, self.body.C))
 
     def guess(self, before: State) -> tuple[np.ndarray, np.ndarray | None]:
         """Return u* - u0 (N, d), and the normal forces (n,) of the road that it took, if any."""

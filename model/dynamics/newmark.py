@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from model.dynamics.block_sums import weighted_sum
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State, TimeIntegrator
 
@@ -61,8 +62,7 @@ class Newmark(TimeIntegrator):
     def effective_matrix(self) -> Any:
         """Return M / (beta dt^2) + gamma / (beta dt) C + K."""
         scale = 1.0 / (self.beta * self.dt**2)
-        A = self.M * scale + self.body.K
-        return A if self.body.C is None else A + self.body.C * (self.gamma * self.dt * scale)
+        return weighted_sum((scale, self.M), (1.0, self.body.K), (self.gamma * self.dt * scale, self.body.C))
 
     def step(self, before: State) -> State:
         """Return the state one step later."""
