@@ -241,7 +241,7 @@ def _kept_motions(coordinates: np.ndarray, prescribed: np.ndarray) -> tuple[np.n
     N, d = coordinates.shape
     rigid = rigid_motions(coordinates).reshape(N * d, -1)
     fixed = prescribed.ravel()
-    _, size, ways = np.linalg.svd(rigid[fixed])
+    _, size, ways = np.linalg.svd(np.linalg.qr(rigid[fixed], mode="r"))  # small, however many are fixed
     forbidden = np.count_nonzero(size > 1e-9 * np.sqrt(N))
     allowed = rigid @ ways[forbidden:].T
     allowed[fixed] = 0.0  # what rounding has left
