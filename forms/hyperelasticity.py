@@ -22,7 +22,7 @@ import scipy.sparse as sparse
 
 from forms.elasticity import Elasticity
 from forms.strain_energies import ZERO, StrainEnergy, strain_energy
-from forms.system import System
+from forms.system import System, boundary_measure
 from geometry import Body, compat  # noqa: F401  # compat comes before dolfinx
 
 import basix  # isort: skip
@@ -59,11 +59,16 @@ class Hyperelasticity(Elasticity):
     mean_dilatation : bool
         Give each cell one dilatation, so that rubber does not lock: the volumetric energy is taken at the
         middle of the cell (in the plane that is its mean dilatation exactly).
+    pressure : {name of a boundary: pressure}
+        That follows the boundary as it moves, > 0 towards the body (force per area). Its energy, - pressure
+        times the volume that the boundary encloses, counts as elastic energy. `FiniteContact` lays it on in
+        proportion along its load path; in motion it is there from the start.
 
     Raises
     ------
     ValueError
-        As `Elasticity`, and for an energy that minds rotations or has negative moduli.
+        As `Elasticity`, for an energy that minds rotations or has negative moduli, and, from `system`, for a
+        pressure on a boundary that is not closed and whose rim is not fixed.
 
     Examples
     --------
@@ -83,6 +88,7 @@ class Hyperelasticity(Elasticity):
         body: Body,
         energy: StrainEnergy | Callable[[Any], Any] | Mapping[str, Any],
         mean_dilatation: bool = False,
+        pressure: Mapping[str, float] | None = None,
     ):
         given: Any = (
             {name: strain_energy(psi) for name, psi in energy.items()}
@@ -94,6 +100,17 @@ class Hyperelasticity(Elasticity):
         self._start, self._end = fem.Function(self.V), fem.Function(self.V)
         self._matrices: dict[str, Any] = {}
         self._cells = np.arange(len(self.body.cells), dtype=np.int32)
+        self._part = fem.Constant(body.mesh, 1.0)
+        self._pressures: list[tuple[str, np.ndarray, Any]] = []
+        for name, value in (pressure or {}).items():
+            if not np.isfinite(value):
+                raise ValueError(f"The pressure on {name!r} is {value}; it must be a finite number.")
+            facets = body.facet_indices(name)
+            self._pressures.append((name, facets, self._part * fem.Constant(body.mesh, float(value))))
+
+    def lay_on(self, part: float) -> None:
+        """Let this part of the pressures act, 1 for all."""
+        self._part.value = np.float64(part)  # type: ignore[assignment]
 
     def around(self, nodes: np.ndarray) -> Hyperelasticity:
         """Return the same of the cells at some nodes only: forces and tangents there are the body's."""
@@ -110,12 +127,34 @@ class Hyperelasticity(Elasticity):
         support = options.get("support", arguments[1] if len(arguments) > 1 else None)
         if support is not None and (support.springs.any() or support.dashpots.any()):
             raise ValueError("Springs and dashpots to the ground are there for linear strain only.")
+        self._check_rims(system)
         system.elastic = self
         return system
 
+    def _check_rims(self, system: System) -> None:
+        """Refuse a pressure on a boundary whose rim may move: it has no energy."""
+        u = np.random.default_rng(1).uniform(-0.01, 0.01, self.body.coordinates.shape)
+        self._put(u)
+        v = ufl.TestFunction(self.V)
+        for name, facets, p in self._pressures:
+            ds, F = boundary_measure(self.body.mesh, facets), _stretch(self._end)
+            direct = fem.form(p * ufl.inner(_cofactor(F) * ufl.FacetNormal(self.body.mesh), v) * ds)
+            energy = fem.form(ufl.derivative(self._pressure_energy(facets, p), self._end, v))
+            found, wanted = (fem.assemble_vector(form).array.reshape(u.shape) for form in (energy, direct))
+            rim = np.abs(found - wanted).max(axis=1) > 1e-9 * np.abs(wanted).max()
+            if not system.fixed[system.node_of[rim]].all():
+                raise ValueError(
+                    f"The pressure acts on {name!r}, whose rim may move, so that it has no energy; fix "
+                    "the rim's nodes, or name a boundary that closes."
+                )
+
     def stiffness(self) -> sparse.bsr_array:
-        """Return the tangent at rest, (N dim, N dim) in dim x dim blocks."""
-        return self.tangent(np.zeros_like(self.body.coordinates)).copy()
+        """Return the tangent at rest, (N dim, N dim) in dim x dim blocks, without pressure."""
+        part = float(self._part.value)
+        self.lay_on(0.0)
+        K = self.tangent(np.zeros_like(self.body.coordinates)).copy()
+        self.lay_on(part)
+        return K
 
     def strain_energy(self, u: np.ndarray) -> float:
         """Return the elastic energy at displacement u (N, dim)."""
@@ -187,43 +226,76 @@ class Hyperelasticity(Elasticity):
 
     def _put(self, u: np.ndarray, before: np.ndarray | None = None) -> None:
         """Set the displacements; forms see gradients only, so a common translation is rounding saved."""
-        self._end.x.array[:] = (np.asarray(u) - u[0]).ravel()
+        shift = 0.0 if self._pressures else 1.0  # where a pressure's rim is fixed, it is fixed in space
+        self._end.x.array[:] = (np.asarray(u) - shift * u[0]).ravel()
         if before is not None:
-            self._start.x.array[:] = (np.asarray(before) - before[0]).ravel()
+            self._start.x.array[:] = (np.asarray(before) - shift * before[0]).ravel()
 
     @cached_property
     def _forms(self) -> dict[str, list[Any]]:
-        """Compiled forms by name, one a quadrature rule, each made when it is first asked for."""
+        """Compiled forms by name, one a quadrature rule or pressure, each made when it is first asked for."""
         v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
         F0, F1 = _stretch(self._start), _stretch(self._end)
         C0, C1 = _right_cauchy_green(F0), _right_cauchy_green(F1)
+        mesh, acting, dim = self.body.mesh, self._acting, self.body.dim
 
-        def step(psi: Any) -> Any:
-            S = _in_the_body(_step_stress(psi, C0, C1), self.body.dim)
-            return ufl.inner(0.5 * (F0 + F1) * S, ufl.grad(v))
+        def within(integrand: Callable[[Any], Any]) -> list[Any]:
+            return [sum(integrand(psi) * dx for psi, dx in rule) for rule in self._rules]
 
-        def rate(psi: Any) -> Any:
-            return ufl.inner(0.5 * (F0 + F1) * _in_the_body(C1 - C0, self.body.dim), ufl.grad(v))
+        def along(S: Any) -> Any:
+            return ufl.inner(0.5 * (F0 + F1) * _in_the_body(S, dim), ufl.grad(v))
 
-        def made(integrand: Callable[[Any], Any], *by: Any) -> list[Any]:
-            forms = []
-            for rule in self._rules:
-                form = sum(integrand(psi) * dx for psi, dx in rule)
-                for direction in by:
-                    form = ufl.derivative(form, self._end, direction)
-                forms.append(fem.form(form, jit_options=COMPILED))
-            return forms
+        def pressed(*stretches: Any) -> list[Any]:  # by the mean of these deformations' normals
+            n = (
+                sum((_cofactor(F) for F in stretches[1:]), _cofactor(stretches[0]))
+                * ufl.FacetNormal(mesh)
+                / len(stretches)
+            )
+            return [p * ufl.inner(n, v) * boundary_measure(mesh, facets) for _, facets, p in acting]
 
-        return _Forms(
-            {
-                "energy": lambda: made(lambda psi: psi(C1)),
-                "force": lambda: made(lambda psi: psi(C1), v),
-                "tangent": lambda: made(lambda psi: psi(C1), v, du),
-                "step force": lambda: made(step),
-                "step tangent": lambda: made(step, du),
-                "rate force": lambda: made(rate),
-            }
-        )
+        def by(forms: list[Any], direction: Any) -> list[Any]:
+            return [ufl.derivative(form, self._end, direction) for form in forms]
+
+        def energy() -> list[Any]:
+            return within(lambda psi: psi(C1)) + [self._pressure_energy(facets, p) for _, facets, p in acting]
+
+        def force() -> list[Any]:
+            return by(within(lambda psi: psi(C1)), v) + pressed(F1)
+
+        def step_force() -> list[Any]:  # that of pressure is of degree dim - 1 along the way: two points do
+            between = [F0 + float(t) * (F1 - F0) for t in POINTS]
+            return within(lambda psi: along(_step_stress(psi, C0, C1))) + pressed(*between)
+
+        made = {
+            "energy": energy,
+            "force": force,
+            "tangent": lambda: by(force(), du),
+            "step force": step_force,
+            "step tangent": lambda: by(step_force(), du),
+            "rate force": lambda: within(lambda psi: along(C1 - C0)),
+        }
+        return _Forms(made)
+
+    @property
+    def _acting(self) -> list[tuple[str, np.ndarray, Any]]:
+        """The pressures on facets of these cells."""
+        mesh, dim = self.body.mesh, self.body.dim
+        if len(self._cells) == len(self.body.cells) or not self._pressures:
+            return self._pressures
+        mesh.topology.create_connectivity(dim - 1, dim)
+        cell_of = mesh.topology.connectivity(dim - 1, dim)
+        found = []
+        for name, facets, p in self._pressures:
+            here = np.array([cell_of.links(facet)[0] for facet in facets])
+            found.append((name, facets[np.isin(here, self._cells)], p))
+        return [pressure for pressure in found if pressure[1].size]
+
+    def _pressure_energy(self, facets: np.ndarray, p: Any) -> Any:
+        """Return - p times the volume within facets: p/dim times the integral of n . x, n out of the body."""
+        mesh = self.body.mesh
+        n = _cofactor(_stretch(self._end)) * ufl.FacetNormal(mesh)
+        x = ufl.SpatialCoordinate(mesh) + self._end
+        return p / self.body.dim * ufl.inner(n, x) * boundary_measure(mesh, facets)
 
     @cached_property
     def _rules(self) -> list[list[tuple[Callable[[Any], Any], ufl.Measure]]]:
@@ -306,17 +378,24 @@ class Hyperelasticity(Elasticity):
 class _Forms(dict):
     """Forms compiled when they are first asked for: a scene pays for what it uses."""
 
-    def __init__(self, makers: Mapping[str, Callable[[], Any]]):
+    def __init__(self, makers: Mapping[str, Callable[[], list[Any]]]):
         super().__init__()
         self._makers = makers
 
     def __missing__(self, name: str) -> Any:
-        self[name] = self._makers[name]()
+        self[name] = [fem.form(form, jit_options=COMPILED) for form in self._makers[name]()]
         return self[name]
 
 
 def _stretch(u: Any) -> Any:
     return ufl.Identity(len(u)) + ufl.grad(u)
+
+
+def _cofactor(F: Any) -> Any:
+    """Return det(F) F^-T, which turns areas along."""
+    if F.ufl_shape == (2, 2):
+        return ufl.as_matrix([[F[1, 1], -F[1, 0]], [-F[0, 1], F[0, 0]]])
+    return ufl.det(F) * ufl.inv(F).T
 
 
 def _in_space(A: Any, last: float = 1.0) -> Any:

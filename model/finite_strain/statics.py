@@ -147,6 +147,7 @@ class FiniteContact:
     def _step(self, start: np.ndarray, time: float, status: np.ndarray) -> tuple[np.ndarray, Touch, float]:
         """Newton's method from u (R, d) for the load at a time; return displacement, contact and residual."""
         nodes, fixed = self.problem.contact_nodes, self.system.fixed
+        self.system.elastic.lay_on(time)
         load, wanted = self.load_at(time), self.prescribed_at(time)
         u, self._history = start, []
         missing = self._missing(u, load)
