@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, StVenantKirchhoff, Support
-from geometry import Body, Grid, Plane, RoundRoad, box, rectangle, ring
+from geometry import Body, Grid, MovingRoad, Plane, RoundRoad, SeveralRoads, box, rectangle, ring
 from model import BodyOnRoad, FiniteContact, NotConverged, solve
 
 
@@ -137,3 +137,47 @@ def test_what_cannot_be_pressed_further_says_so():
     linear = Elasticity(body, Isotropic(1e3, 0.3))
     with pytest.raises(ValueError, match="linear strain takes model.solve"):
         FiniteContact(BodyOnRoad(linear.system(linear.body_force((0.0, -1.0))), "bottom", Plane()))
+
+
+def pressed_block(nu, mu=None, cells=(16, 8), by=0.5):
+    """A block of rubber bonded to a platen, a road pressed against it; its sides may touch both."""
+    body = Body.from_grid(rectangle(1.0, 0.5, *cells, corner=(-0.5, 0.0)))
+    elastic = Hyperelasticity(body, NeoHookean(E=1e3, nu=nu), mean_dilatation=True)
+    road = MovingRoad(Plane((0.0, 0.0), (0.0, 1.0)), lambda t: (0.0, 0.5 * by * t))
+    platen = Plane((0.0, 0.5), (0.0, -1.0))
+    system = elastic.system(elastic.body_force((0.0, 0.0)), Support(body).fix("top", x=0.0, y=0.0))
+    return BodyOnRoad(system, ["bottom", "left", "right"], SeveralRoads([road, platen]), friction=mu)
+
+
+@pytest.mark.parametrize("nu, mu", [(0.45, None), (0.49, 0.3), (0.499, None), (0.499, 0.3)])
+def test_rubber_bonded_to_its_platen_is_pressed_by_half(nu, mu):
+    contact = pressed_block(nu, mu)
+    statics = FiniteContact(contact)
+    solution = statics.solve(steps=10)
+    x = contact.points + contact.displacement(solution)[contact.nodes]
+    assert x[:, 1].min() == pytest.approx(0.25, abs=1e-12) and x[:, 1].max() < 0.5 + 1e-12
+    on_platen = (solution.status != 0) & (x[:, 1] > 0.5 - 1e-9) & (contact.points[:, 1] < 0.5 - 1e-9)
+    assert on_platen.sum() >= 2 and on_platen.sum() % 2 == 0  # the sides have come to lie on it, alike
+    assert statics.forces.volume_ratio(contact.displacement(solution)) > 0.0
+    assert solution.residual < 1e-9
+    tangential = np.abs(solution.contact_force[:, 0])
+    assert np.all(tangential <= (mu or 0.0) * solution.pressure_force + 1e-9)
+    if mu is None:  # no path to remember
+        again = FiniteContact(pressed_block(nu)).solve(steps=3)
+        assert again.pressure_force.sum() == pytest.approx(solution.pressure_force.sum(), rel=1e-6)
+
+
+def test_a_road_that_comes_is_a_platen_that_comes():
+    """Road moved up and along against a block, or the block down and back on the road, with friction."""
+    body = Body.from_grid(rectangle(1.0, 0.5, 8, 4))
+    elastic = Hyperelasticity(body, NeoHookean(1e3, 0.3))
+    none = elastic.body_force((0.0, 0.0))
+    comes = MovingRoad(Plane(), lambda t: (0.02 * t, 0.05 * t))
+    held = elastic.system(none, Support(body).fix("top", x=0.0, y=0.0))
+    moved = elastic.system(none, Support(body).fix("top", x=lambda t: -0.02 * t, y=lambda t: -0.05 * t))
+    found = [
+        FiniteContact(BodyOnRoad(system, "bottom", road, friction=0.3)).solve(steps=4)
+        for system, road in ((held, comes), (moved, Plane()))
+    ]
+    assert found[0].contact_force == pytest.approx(found[1].contact_force, abs=1e-6)
+    assert 0 < np.count_nonzero(found[0].status == 2) < 9

@@ -81,6 +81,7 @@ class FiniteContact:
         positive(tolerance=tolerance)
         self.contact, self.system, self.problem = contact, system, contact.problem
         self.correction, self.tolerance = correction, tolerance
+        self._road = contact.road.at(0.0) if hasattr(contact.road, "at") else contact.road
         self.forces = SystemForces(system.elastic, system.node_of, system.fixed)
         self.steps: list[tuple[float, int]] = []
         at_rest = self.forces.tangent(np.zeros_like(system.coordinates))
@@ -120,7 +121,7 @@ class FiniteContact:
             while at < time:
                 to = time if at + step > time * (1.0 - 1e-9) else at + step
                 try:
-                    found, touch, residual = self._step(u, to, status)
+                    found, touch, residual = self._step(u, at, to, status)
                 except NotConverged as error:
                     step = 0.5 * (to - at)
                     if step < SMALLEST * time:
@@ -144,17 +145,23 @@ class FiniteContact:
         system = self.system
         return np.asarray(system.prescribed_at(time) if system.varies else time * system.prescribed_at())
 
-    def _step(self, start: np.ndarray, time: float, status: np.ndarray) -> tuple[np.ndarray, Touch, float]:
-        """Newton's method from u (R, d) for the load at a time; return displacement, contact and residual."""
+    def _step(
+        self, start: np.ndarray, since: float, time: float, status: np.ndarray
+    ) -> tuple[np.ndarray, Touch, float]:
+        """Newton's method from u (R, d) at one time to another; return displacement, contact and residual."""
         nodes, fixed = self.problem.contact_nodes, self.system.fixed
         self.system.elastic.lay_on(time)
+        sticking = start[nodes]
+        if hasattr(self.contact.road, "at"):
+            self._road = self.contact.road.at(time)
+            sticking = self.contact.road.carried(self._points(start), since, time) - self.contact.points
         load, wanted = self.load_at(time), self.prescribed_at(time)
         u, self._history = start, []
         missing = self._missing(u, load)
         for _ in range(ITERATIONS):
             way = np.where(fixed, wanted - u, 0.0)
-            gap, normal, _ = self.contact.road.closest(self._points(u))
-            touch = self._increment(u, missing, way, gap, normal, (start - u)[nodes], status)
+            gap, normal, _ = self._road.closest(self._points(u))
+            touch = self._increment(u, missing, way, gap, normal, sticking - u[nodes], status)
             status, d = touch.status, touch.increment
             rest = missing.copy()
             rest[nodes] += np.where(fixed[nodes], 0.0, touch.force)
@@ -167,7 +174,8 @@ class FiniteContact:
             if not way.any() and length(rest) <= max(scale, floor) and self._on_road(u + d, touch):
                 self._check(u + d, time)
                 return u + d, touch, self._history[-1]
-            u, missing = self._damped(u, d, touch, normal, load, bool(way.any()))
+            moved = bool(way.any() or gap.min() < -ON_ROAD * self._size)  # by supports or the road
+            u, missing = self._damped(u, d, touch, normal, load, moved)
         raise NotConverged(
             f"Newton's method does not come to an end at time {time:.6g}",
             Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=self._history or [1.0]),
@@ -176,7 +184,7 @@ class FiniteContact:
     def _damped(
         self, u: np.ndarray, d: np.ndarray, touch: Touch, normal: np.ndarray, load: np.ndarray, moving: bool
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return where to go on from along d, and what is missing there; moving supports go all the way."""
+        """Return where to go on from along d, and what is missing there; moving supports and roads go all the way."""
         nodes = self.problem.contact_nodes
         friction = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
         work = float(np.vdot(friction, d[nodes]))
@@ -253,7 +261,7 @@ class FiniteContact:
         return np.asarray(self.contact.points + u[self.problem.contact_nodes])
 
     def _on_road(self, u: np.ndarray, touch: Touch) -> bool:
-        gap = self.contact.road.closest(self._points(u))[0]
+        gap = self._road.closest(self._points(u))[0]
         off = np.abs(gap[touch.status != Status.FREE]).max(initial=0.0)
         return bool(max(off, -gap.min()) <= ON_ROAD * self._size)
 
@@ -277,7 +285,7 @@ class FiniteContact:
         )
 
     def _solution(self, u: np.ndarray, touch: Touch, residual: float, seconds: float) -> Solution:
-        gap, normal, _ = self.contact.road.closest(self._points(u))
+        gap, normal, _ = self._road.closest(self._points(u))
         gap = np.where(touch.status != Status.FREE, 0.0, np.maximum(gap, 0.0))
         return Solution(
             displacement=u,
