@@ -184,7 +184,7 @@ class FiniteContact:
     def _damped(
         self, u: np.ndarray, d: np.ndarray, touch: Touch, normal: np.ndarray, load: np.ndarray, moving: bool
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return where to go on from along d, and what is missing there; all the way if supports or road move."""
+        """Return where to go on from along d, and what misses there; all the way if supports or road move."""
         nodes = self.problem.contact_nodes
         friction = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
         work = float(np.vdot(friction, d[nodes]))
