@@ -46,7 +46,6 @@ def ball(part, refinements, friction=None):
     return BodyOnRoad(system, "sphere", Plane(normal=(0.0, 0.0, 1.0)), friction=friction, reach=0.15 * R)
 
 
-# %% [markdown]
 for refinements in (1, 2):
     pressed = ball("quarter", refinements)
     solution = solve(pressed.problem, "multigrid", tolerance=1e-8)

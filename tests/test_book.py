@@ -1,9 +1,11 @@
 """The book: its parts, and once it is built a browser that opens it from disk."""
 
 import os
+import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 HOUSE = Path(__file__).parents[1]
@@ -24,6 +26,36 @@ def test_every_lesson_is_in_the_book_once(parts):
 
     assert sorted(contents.LESSONS) == sorted((HOUSE / "demos").glob("*.py"))
     assert contents.LESSONS[0].stem == "node_and_spring"
+
+
+def test_every_lesson_is_one(parts):
+    """What is needed and learnt, equations, ParaView, three to five exercises, solutions, further reading."""
+    import build
+    import contents
+
+    lengths = []
+    for script in contents.LESSONS:
+        lines = script.read_text(encoding="utf-8").splitlines()
+        lengths.append(len(lines))
+        prose = False
+        for line in lines:
+            prose = "[markdown]" in line if line.startswith("# %%") else prose
+            assert not prose or not line or line.startswith("#"), f"{script.name}: {line!r} is no prose"
+        cells = build.as_notebook(script).cells
+        text = "\n".join(cell.source for cell in cells if cell.cell_type == "markdown")
+        for needed in (
+            "**You will learn**",
+            "**You need**",
+            r"\tag{",
+            "**In ParaView**",
+            "**Further reading.**",
+        ):
+            assert needed in text, f"{script.name} has no {needed}"
+        exercises = re.findall(r"^\d\. ", text.split("## Exercises")[1], re.M)
+        assert 3 <= len(exercises) <= 5, script.name
+        hidden = [cell.source for cell in cells if "hide-cell" in cell.metadata.get("tags", [])]
+        assert len(hidden) == 1 and "# 1. " in hidden[0], script.name
+    assert np.median(lengths) <= 100 and max(lengths) <= 125
 
 
 def test_figures_are_described(parts):

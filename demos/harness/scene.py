@@ -242,10 +242,13 @@ class Scene:
             for key, r in self._results.items()
         ]
         results = tabulate(rows, ["result", "value", "unit", "reference", "off by", "source"], floatfmt=".6g")
-        costs = tabulate([[self._cost[key] for key in COSTS]], COSTS, floatfmt=".3g")
+        costs = [
+            tabulate([[self._cost[key] for key in keys]], keys, floatfmt=".3g")
+            for keys in (COSTS[:5], COSTS[5:])  # two tables, no wider than a page
+        ]
         built, left_out = (", ".join(names) or "nothing" for names in (self._built, self._left_out))
         last = f"Built: {built}. Left out: {left_out}. Written to {self.out}."
-        return "\n".join([self.description, "", results, "", costs, "", last])
+        return "\n\n".join([self.description, results, *costs, last])
 
 
 class _Parser(argparse.ArgumentParser):
