@@ -26,9 +26,7 @@ from harness.strings import write_line
 
 from model import follow
 
-scene = Scene(
-    "load_paths", "A rod pulled to and fro along a road: hysteresis, and answers that depend on the way."
-)
+scene = Scene("load_paths", "A rod pulled to and fro: hysteresis, and answers that depend on the way.")
 scene.built("K").left_out("M", "C", "gmsh", "UFL")
 EA, w, mu, most = 1.0, 1.0, 0.5, 0.2  # N, N/m, 1, N
 c = EA * mu * w

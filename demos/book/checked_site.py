@@ -48,6 +48,7 @@ def check_site(site: Path, lessons: list[str]) -> list[str]:
                 faults.append(f"{name} points to {address}, and there is no such anchor.")
         if path.stem in lessons and not page.images:
             faults.append(f"{name} shows no figure.")
-        if any(len(alt.split()) < 4 or "/" in alt.split(" ")[0] for alt in page.images):
+        texts = [] if path.stem == "py-modindex" else page.images  # whose images are buttons
+        if any(len(alt.split()) < 4 or "/" in alt.split(" ")[0] for alt in texts):
             faults.append(f"{name} has a figure without a text that says what it shows.")
     return faults

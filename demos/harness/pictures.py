@@ -169,6 +169,7 @@ def loops_of_force(
     left.plot(exact, Q, "-", color="0.4", lw=1, label="closed form (a), (b)")
     left.plot(u, Q, "ko", ms=4, label="computed")
     left.set(xlabel="displacement of the end (m)", ylabel="pull Q (N)", title="to and fro")
+    left.locator_params(axis="x", nbins=5)
     for look, (name, values) in zip(LOOKS, shear.items()):
         right.plot(x, values, label=name, markersize=4, markevery=2, **look)
     right.axhline(limit, color="0.5", linestyle=":", label=r"$\mu w$")
