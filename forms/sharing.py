@@ -146,12 +146,6 @@ class Sharing(Level):
         super().__init__(comm, ids, owner, *more.T)
         self.away, self.away_rank = away, owner[away]
 
-    def agree(self, trouble: str) -> None:
-        """Raise a ValueError on every rank if any is in trouble; collective."""
-        said = next((s for s in self.comm.allgather(trouble) if s), "")
-        if said:
-            raise ValueError(said)
-
     def matrix(self, A: sparse.bsr_array) -> sparse.bsr_array:
         """Return the matrix (R dim, R dim) of the nodes held here, from its rows (N dim, C dim); collective.
 

@@ -494,7 +494,7 @@ def tied_nodes(node_of: np.ndarray, sharing: Sharing | None) -> np.ndarray:
 def refuse(trouble: str, sharing: Sharing | None) -> None:
     """Raise a ValueError that says what is wrong, if anything is; on all ranks that share a system."""
     if sharing is not None:
-        sharing.agree(trouble)
+        sharing.exchange.agree(trouble)
     if trouble:
         raise ValueError(trouble)
 

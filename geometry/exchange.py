@@ -72,9 +72,19 @@ class Exchange:
         """Tell whether the value is true on any rank; collective."""
         return float(self.sum(float(value))) > 0.0
 
+    def agree(self, trouble: str) -> None:
+        """Raise a ValueError on every rank if any is in trouble; collective."""
+        said = next((s for s in self.comm.allgather(trouble) if s), "")
+        if said:
+            raise ValueError(said)
+
     def stacked(self, rows: np.ndarray) -> np.ndarray:
         """Return the rows (m, ...) of all ranks, one rank's after the other's; collective."""
         return np.concatenate(self.comm.allgather(rows))
+
+    def before(self, count: int) -> int:
+        """Return the sum of what the ranks before this one count; collective."""
+        return sum(self.comm.allgather(count)[: self.comm.rank])
 
     def tall(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (m, k) whose least squares problems are those of all ranks' rows; collective.

@@ -26,9 +26,22 @@ class OneRank:
         """Tell whether the value is true on any rank."""
         return value
 
+    def agree(self, trouble: str) -> None:
+        """Raise a ValueError if there is trouble."""
+        if trouble:
+            raise ValueError(trouble)
+
+    def dot(self, x: np.ndarray, y: np.ndarray) -> float:
+        """Return the inner product of x and y (N, d)."""
+        return float(np.vdot(x, y))
+
     def stacked(self, rows: np.ndarray) -> np.ndarray:
         """Return the rows (m, ...) of all ranks, one rank's after the other's."""
         return rows
+
+    def before(self, count: int) -> int:
+        """Return the sum of what the ranks before this one count."""
+        return 0
 
     def tall(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (m, k) whose least squares problems are those of all ranks' rows."""

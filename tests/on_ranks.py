@@ -15,9 +15,21 @@ from geometry import (
     half_ball,
     half_cylinder_nested,
     rectangle,
+    ring,
 )
-from model import BodyOnRoad, MovingBody, NotConverged, follow, solve
-from model.results.gathered import gathered
+from model import (
+    BodyOnRoad,
+    CentralDifferences,
+    ContactStabilised,
+    MassRedistribution,
+    MovingBody,
+    Newmark,
+    NotConverged,
+    follow,
+    solve,
+)
+from model.recording.energy_balance import Ledger
+from model.results.gathered import Gathered
 
 R, STEEL = 10.0, Isotropic(E=210e3, nu=0.3)
 
@@ -113,11 +125,59 @@ def platen():
     return BodyOnRoad(system, "bottom", Plane((0.0, -0.001), (0.0, 1.0)), friction=0.3)
 
 
-def motion():
-    """A body in motion, which many ranks cannot share yet."""
-    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4), 1), STEEL)
-    system = elasticity.system(elasticity.body_force((0.0, 0.0)), density=1.0)
-    return MovingBody.from_contact(BodyOnRoad(system, "bottom", Plane()))
+def thrown(scheme, road, dt, steps, friction=0.3):
+    """A block that is thrown obliquely on a road, and its ledger; its top is tied to a plate."""
+    body = Body.from_grid(rectangle(2.0, 1.0, 6, 3), 1)
+    elasticity = Elasticity(body, Isotropic(E=1e4, nu=0.3))
+    support = Support(body).platen("top").fix("top", x=lambda t: 0.5 * t)
+    system = elasticity.system(elasticity.body_force((0.0, -10.0)), support, 1.0, (0.1, 1e-4))
+    contact = BodyOnRoad(system, "bottom", road, friction=friction)
+    moving = scheme(MovingBody.from_contact(contact), dt, tolerance=1e-11)
+    fall = np.tile([0.5, -1.0], (len(system.coordinates), 1))
+    state = moving.start(velocity=fall)
+    ledger = Ledger(moving, state)
+    for _ in range(steps):
+        before, state = state, moving.step(state)
+        ledger.close(before, state)
+    return contact, state, ledger.entry
+
+
+def newmark():
+    """With Newmark, on a plane."""
+    return thrown(Newmark, Plane((0.0, -0.002), (0.02, 1.0)), 1e-3, 8)
+
+
+def stabilised():
+    """Contact-stabilised, on a wavy road."""
+    x = np.linspace(-1.0, 3.0, 161)
+    road = LinearRoad(x, 0.01 * (np.sin(9.0 * x) + np.sin(23.0 * x) - 2.0))
+    return thrown(ContactStabilised, road, 2e-3, 12)
+
+
+def redistributed():
+    """With mass redistribution, on the wavy road, and without friction."""
+    x = np.linspace(-1.0, 3.0, 161)
+    road = LinearRoad(x, 0.01 * (np.sin(9.0 * x) + np.sin(23.0 * x) - 2.0))
+    return thrown(MassRedistribution, road, 2e-3, 12, None)
+
+
+def explicit():
+    """A scheme that ranks cannot share yet."""
+    return thrown(CentralDifferences, Plane((0.0, -0.002), (0.0, 1.0)), 1e-4, 1)
+
+
+def bouncing():
+    """A ring that falls, touches and bounces, with mass redistribution and friction."""
+    elasticity = Elasticity(Body.from_grid(ring(1.0, 0.8, 24, 2, (0.0, -1.0)), 1), Isotropic(E=1e5, nu=0.3))
+    system = elasticity.system(elasticity.body_force((0.0, -100.0)), density=10.0)
+    contact = BodyOnRoad(system, "outer", Plane((0.0, -1.01), (0.0, 1.0)), friction=0.2)
+    moving = MassRedistribution(MovingBody.from_contact(contact), 1e-3, tolerance=1e-11)
+    state = moving.start(velocity=np.tile([0.5, -1.0], (len(system.coordinates), 1)))
+    ledger = Ledger(moving, state)
+    for _ in range(20):
+        before, state = state, moving.step(state)
+        ledger.close(before, state)
+    return contact, state, ledger.entry
 
 
 SCENES = {
@@ -132,7 +192,11 @@ SCENES = {
     "hollow": hollow,
     "corner": corner,
     "platen": platen,
-    "motion": motion,
+    "newmark": newmark,
+    "stabilised": stabilised,
+    "redistributed": redistributed,
+    "bouncing": bouncing,
+    "explicit": explicit,
 }
 
 
@@ -140,15 +204,19 @@ def found(kind):
     """The fields of a scene on the whole body, sorted by place, and the sheet of its forces; on rank 0."""
     scene = SCENES[kind]()
     path = isinstance(scene, tuple)
-    contact, solution = scene if path else (scene, solve(scene, "multigrid", tolerance=1e-11))
+    contact, solution, *books = scene if path else (scene, solve(scene, "multigrid", tolerance=1e-11))
     nodes, _ = contact.fields(solution)
     sheet = {}
     if not path:
         balance = contact.reactions(solution, about=(1.0, 0.5, 0.2)[: contact.points.shape[1]])
         sheet = {"sheet": np.concatenate([*balance.force.values(), *balance.moment.values()])}
+    for entry in books:
+        sheet["ledger"] = np.array(
+            [entry.kinetic, entry.strain, entry.potential, entry.damping, entry.friction]
+        )
     nodes["points"] = contact.system.points
     if contact.system.exchanges:
-        nodes = gathered(contact.system, nodes, {})[1]
+        nodes = Gathered(contact.system).fields(nodes, {})[0]
     if nodes:
         order = np.lexsort(np.round(nodes["points"], 9).T)
         nodes = {name: values[order] for name, values in nodes.items()} | sheet | {"cycles": solution.cycles}

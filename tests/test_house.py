@@ -35,6 +35,7 @@ ROOMS = {
         "model.problem",
         "model.solvers",
         "model.curved",
+        "model.ranks",
         "model.quasistatics",
     },
     "model.finite_strain": {

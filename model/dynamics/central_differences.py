@@ -50,6 +50,11 @@ class CentralDifferences(TimeIntegrator):
     name = "central differences"
 
     def __init__(self, body: MovingBody, dt: float, tolerance: float = 1e-10):
+        body.ranks.agree(
+            "Central differences are not shared among ranks yet; run on one rank, or take Newmark."
+            if body.exchanges
+            else ""
+        )
         ones = np.ones(body.M.shape[0])
         self._lumped = np.where(body.prescribed.ravel(), body.M.diagonal(), body.M @ ones)
         if not self._lumped.min() > 0.0:

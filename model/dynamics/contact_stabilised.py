@@ -54,7 +54,7 @@ class ContactStabilised(Midpoint):
         gap, normal = self.ground(before)
         way = moved[self.body.contact_nodes] - self.way(before)
         below = gap + np.einsum("ca,ca->c", normal, way)
-        if below.min() >= 0.0:
+        if not self.body.ranks.any(bool((below < 0.0).any())):
             return moved, None
         projection = self.touch(before, moved, self._no_force, solver="projection")
         return moved + projection.increment, np.einsum("ca,ca->c", normal, projection.force)

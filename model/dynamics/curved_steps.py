@@ -23,7 +23,7 @@ from model.dynamics.contact_update import forget_rounding
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator, Touch
 from model.node_loop.status import Status
-from model.quasistatics.curved_contact import ITERATIONS, ON_ROAD, softness
+from model.quasistatics.curved_contact import ITERATIONS, ON_ROAD, extent, softness
 from model.solvers.convergence_record import NotConverged, Record
 
 
@@ -49,13 +49,13 @@ class FollowsRoad(TimeIntegrator):
         guessed = was + moved[nodes]
         carried = was + self.way(before)
         sticking = None if step.loop.friction is None else carried
-        near = ON_ROAD * float(np.ptp(self.body.coordinates, axis=0).max())
+        near = ON_ROAD * extent(body.coordinates, body.ranks)
         b = self.driven(before, moved, b, solver)
         since = None
         if isinstance(self, Midpoint) and solver == "step":
             gap, normal = self.ground(before)
             since = gap, road.closest(carried)[1] if body.road_moves else normal, carried
-        planes = RoadPlanes(road, guessed, sticking, softness(step.loop), near, since)
+        planes = RoadPlanes(road, guessed, sticking, softness(step.loop), near, since, body.ranks)
         last, touch = before, None
         for self.iterations in range(1, ITERATIONS + 1):
             gap = planes.gaps(guessed)
@@ -75,16 +75,16 @@ class FollowsRoad(TimeIntegrator):
 
     def _settle(self, state: State) -> float:
         """Bring the massless nodes of a scheme that has such into equilibrium, on the road itself."""
-        step, massless = self.solvers["step"], self.solvers["massless"]
-        near, added = ON_ROAD * float(np.ptp(self.body.coordinates, axis=0).max()), 0.0
+        step, massless, ranks = self.solvers["step"], self.massless, self.body.ranks  # type: ignore[attr-defined]
+        near, added = ON_ROAD * extent(self.body.coordinates, ranks), 0.0
         for _ in range(ITERATIONS):
             added += super()._settle(state)  # type: ignore[misc]
             gap, normal = self.body.gaps(state.displacement, state.time)
-            turn, in_contact = normal - massless.loop.normal, state.status != Status.FREE
-            off, turned = (np.abs(x[in_contact]).max(initial=0.0) for x in (gap, turn))
+            turn, in_contact = normal - massless.normal, state.status != Status.FREE
+            off, turned = (ranks.max(np.abs(x[in_contact]).max(initial=0.0)) for x in (gap, turn))
             if off <= near and turned <= 10 * self.tolerance:
                 break
-        step.take_planes(massless.loop.normal.copy())
+        step.take_planes(massless.normal.copy())
         return added
 
     def _off(self, planes: RoadPlanes) -> NotConverged:

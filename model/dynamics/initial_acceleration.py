@@ -18,7 +18,9 @@ from scipy.sparse.linalg import cg
 
 from model.dynamics.contact_update import confirm_contact
 from model.dynamics.moving_body import MovingBody
-from model.problem.contact_problem import ContactProblem
+from model.one_rank import ONE_RANK
+from model.ranks.krylov import conjugate_gradients
+from model.ranks.shared_solver import SharedSolver
 from model.solvers.contact_solver import ContactSolver
 
 
@@ -52,8 +54,9 @@ def consistent_acceleration(
     r = body.missing_force(0.0, u, v)
     force, status = np.zeros(normal.shape), np.zeros(gap.size, dtype=np.int8)
     in_contact = np.flatnonzero(gap == 0.0)
-    if in_contact.size == 0:
-        return mass_inverse(body.M, r), force, status
+    ranks = body.ranks
+    if not ranks.any(in_contact.size > 0):
+        return mass_inverse(body.M, r, ranks), force, status
     nodes = body.contact_nodes[in_contact]
     epsilon = 2.0**-20 * dt
     speed, rate = road_rates(body, body.positions(u)[in_contact], dt)
@@ -61,25 +64,19 @@ def consistent_acceleration(
     leaving = np.maximum(np.einsum("ca,ca->c", normal[in_contact], relative), 0.0)
     friction: Any = body.friction
     law = friction if friction is None else friction.of(in_contact)
-    problem = ContactProblem(
-        body.M / epsilon,
-        r,
-        body.coordinates,
-        nodes,
-        normal[in_contact],
-        leaving,
-        law,
-        -relative,
-        body.prolongations,
-    )
-    solver = ContactSolver(problem, correction, progress=False)
+    problem = body.problem(body.M / epsilon, r, nodes, normal[in_contact], leaving, law or False, -relative)
+    solver: Any
+    if body.exchanges:
+        solver = SharedSolver(problem, progress=False)
+    else:
+        solver = ContactSolver(problem, correction, progress=False)
     places = body.places(SimpleNamespace(displacement=u, time=0.0))[in_contact]
-    solution = solver.solve(tolerance=1e-12, places=places)
+    solution = solver.solve(tangential_reference=-relative, tolerance=1e-12, places=places)
     address = None if law is None else law.address
     rate = np.empty(in_contact.size)
     change, pushes, decided = solution.displacement, solution.contact_force, solution.status
-    if not confirm_contact(solver.loop.contact, change, pushes, address, decided, rate):
-        return mass_inverse(body.M, r), force, status
+    if not ranks.sum(confirm_contact(solver.loop.contact, change, pushes, address, decided, rate)):
+        return mass_inverse(body.M, r, ranks), force, status
     force[in_contact], status[in_contact] = pushes, decided
     return change / epsilon, force, status
 
@@ -92,12 +89,27 @@ def road_rates(body: MovingBody, points: np.ndarray, dt: float) -> tuple[np.ndar
     ) ** 2
 
 
-def mass_inverse(M: Any, r: np.ndarray) -> np.ndarray:
+def mass_inverse(M: Any, r: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:
     """Solve M a = r for a (N, d), by conjugate gradients from the lumped solution; 0 where no mass is."""
     massless = M.diagonal() == 0.0
     diagonal = np.where(massless, 1.0, M.diagonal())
     lumped = M @ np.ones(r.size)
     force = np.where(massless, 0.0, r.ravel())
     guess = force / np.where(lumped > 0.0, lumped, diagonal)
+    if ranks is not ONE_RANK:
+        return _shared_inverse(M, force.reshape(r.shape), 1.0 / diagonal.reshape(r.shape), ranks)
     a, _ = cg(M, force, guess, rtol=1e-15, maxiter=300, M=diags_array(1.0 / diagonal))
     return a.reshape(r.shape)
+
+
+def _shared_inverse(M: Any, force: np.ndarray, scale: np.ndarray, ranks: Any) -> np.ndarray:
+    """As `mass_inverse`, where many ranks share the nodes."""
+
+    def product(v: np.ndarray) -> np.ndarray:
+        ranks.update(v)
+        return np.asarray(M @ v.ravel()).reshape(v.shape)
+
+    wanted = 1e-15 * np.sqrt(ranks.dot(force, force))
+    a = conjugate_gradients(product, lambda r: scale * r, force.copy(), wanted, 300, ranks.dot)[0]
+    ranks.update(a)
+    return a

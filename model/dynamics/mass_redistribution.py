@@ -15,20 +15,21 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_array, csc_array, csr_array
+from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.sparse.linalg import spsolve
 
-from model.dynamics.block_sums import block_among, scaled_by_nodes
+from model.dynamics.block_sums import scaled_by_nodes
 from model.dynamics.initial_acceleration import mass_inverse
+from model.dynamics.massless_nodes import MasslessNodes
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.moving_body import MovingBody
-from model.dynamics.time_integrator import State, StepSolver
+from model.dynamics.time_integrator import State
 from model.node_loop.status import Status
-from model.problem.contact_problem import ContactProblem
-from model.problem.rigid_modes import rigid_motions
+from model.one_rank import ONE_RANK
+from model.problem.rigid_modes import centred, rigid_motions
 
 FADING = 0.5  # of the change of mass, from one layer of nodes to the next
+DEEPEST = 60  # layers in which it fades below rounding
 
 
 class MassRedistribution(Midpoint):
@@ -56,23 +57,12 @@ class MassRedistribution(Midpoint):
     name = "mass redistribution"
 
     def __init__(self, body: MovingBody, dt: float, **options: Any):
-        self._M = redistributed(body.M, body.coordinates, body.contact_nodes, body.prescribed)
+        self._M = redistributed(body.M, body.coordinates, body.contact_nodes, body.prescribed, body.ranks)
         body = with_weight(body, self._M)
         super().__init__(body, dt, **options)
-        d, nodes = body.dim, body.contact_nodes
-        self._own = block_among(body.K, nodes)
-        rest = np.zeros((nodes.size, d))
-        gap, normal = body.gaps(np.zeros_like(body.coordinates))
-        problem = ContactProblem(
-            self._own,
-            rest,
-            body.coordinates[nodes],
-            np.arange(nodes.size),
-            normal,
-            np.maximum(gap, 0.0),
-            body.friction,
-        )
-        self.solvers["massless"] = StepSolver(problem, "direct", self.tolerance, 1.0 / self.dt, body.places)
+        self.massless = MasslessNodes(body, self.tolerance, 1.0 / self.dt)
+        self._own = self.massless.K
+        self.solvers["massless"] = self.massless.solver
 
     def mass(self) -> Any:
         """Return M_r."""
@@ -86,9 +76,10 @@ class MassRedistribution(Midpoint):
         state.mean_force = state.contact_force.copy()
         nodes = self.body.contact_nodes
         v, a = state.velocity, state.acceleration
-        a[:] = mass_inverse(self.M, self.body.missing_force(0.0, state.displacement, v))
-        follow = (self.body.K @ a.ravel()).reshape(a.shape)[nodes]
-        a[nodes] = -spsolve(csc_array(self._own), follow.ravel()).reshape(follow.shape)
+        ranks = self.body.ranks
+        a[:] = mass_inverse(self.M, self.body.missing_force(0.0, state.displacement, v), ranks)
+        a[nodes] = -self.massless.under((self.body.K @ a.ravel()).reshape(a.shape)[nodes])
+        ranks.update(a)
         self.supported(state)
         state.memory = v[nodes] - (0.5 * self.dt) * a[nodes]
         return state
@@ -118,18 +109,21 @@ class MassRedistribution(Midpoint):
             (after.status == Status.FREE)[:, None], 1.5 * mean - 0.5 * memory, mean
         )
         after.acceleration[nodes] = (mean - memory) / self.dt
+        self.body.ranks.update(after.velocity)
+        self.body.ranks.update(after.acceleration)
         after.memory = mean
         after.seconds = perf_counter() - began
         return after
 
     def _settle(self, state: State) -> float:
         """Bring the massless nodes of `state` into equilibrium in place; return the energy that this adds."""
-        nodes = self.body.contact_nodes
+        nodes, total = self.body.contact_nodes, self.body.ranks.sum
         missing = self.body.missing_force(state.time, state.displacement)[nodes]
         gap, normal = self.ground(state)
-        touch = self.solvers["massless"].solve(missing, gap, normal, np.zeros_like(missing), state)
+        touch, added = self.massless.settle(missing, gap, normal, state)
         e, force = touch.increment, touch.force
         state.displacement[nodes] += e
+        self.body.ranks.update(state.displacement)
         state.contact_force, state.status, state.gap, state.count = (
             force,
             touch.status,
@@ -137,15 +131,14 @@ class MassRedistribution(Midpoint):
             touch.count,
         )
         state.residual = max(state.residual, touch.residual)
-        added = 0.5 * float(e.ravel() @ (self._own @ e.ravel())) - float(np.vdot(missing, e))
         if callable(self.body.load) and state.step:
             # the load does its work here as it is at the end of the step, not in the middle
             late = self.body.load_at(state.time) - self.body.load_at(state.time - 0.5 * self.dt)
-            state.work.load += float(np.vdot(late[nodes], e))
+            state.work.load += total(float(np.vdot(late[nodes], e)))
         if self.body.friction is None:
             return added
         tangential = force - np.einsum("ca,ca,cb->cb", force, normal, normal)
-        slipped = float(np.vdot(tangential, e))
+        slipped = total(float(np.vdot(tangential, e)))
         state.work.friction += slipped
         return added - slipped
 
@@ -155,19 +148,22 @@ def with_weight(body: MovingBody, M: bsr_array) -> MovingBody:
 
     Any other load stays as it is.
     """
-    if callable(body.load) or body.prescribed.any():
+    if callable(body.load) or body.supported:
         return body
-    load = body.load_at(0.0)
+    load, ranks = body.load_at(0.0), body.ranks
     d = body.dim
     ones = np.tile(np.eye(d), (load.shape[0], 1))
     per_axis = body.M @ ones
-    gravity = np.linalg.lstsq(ones.T @ per_axis, load.sum(axis=0))[0]
-    if np.abs(per_axis @ gravity - load.ravel()).max() > 1e-9 * np.abs(load).max():
+    gravity = np.linalg.lstsq(ranks.sum(ones.T @ per_axis), ranks.sum(ranks.own(load).sum(axis=0)))[0]
+    off = ranks.own((per_axis @ gravity).reshape(load.shape) - load)
+    if ranks.max(np.abs(off).max()) > 1e-9 * ranks.max(np.abs(ranks.own(load)).max()):
         return body
     return replace(body, load=(M @ (ones @ gravity)).reshape(load.shape))
 
 
-def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed: np.ndarray) -> bsr_array:
+def redistributed(
+    M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed: np.ndarray, ranks: Any = ONE_RANK
+) -> bsr_array:
     """Move the mass of some nodes inside.
 
     Parameters
@@ -179,6 +175,8 @@ def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed
         Nodes that shall carry no mass.
     prescribed : (N, d)
         Unknowns that do not move.
+    ranks : OneRank or geometry.exchange.Exchange
+        Who shares the nodes.
 
     Returns
     -------
@@ -202,19 +200,19 @@ def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed
     (0.0, 18.0)
     """
     N, d = coordinates.shape
-    if np.unique(nodes).size == N:
+    count = ranks.sum(np.unique(nodes).size)
+    if count == ranks.sum(len(ranks.own(coordinates))):
         raise ValueError("Every node may touch, so none is left to carry the mass; name fewer contact nodes.")
     A = bsr_array(M, blocksize=(d, d))
-    graph = csr_array((np.ones(A.indices.size), A.indices, A.indptr), shape=(N, N))
-    layer = dijkstra(graph, unweighted=True, indices=nodes, min_only=True)
+    layer = layers(A, nodes, ranks)
     fading = np.where(layer > 0.0, FADING**layer, 0.0)
-    shapes = fading[:, None] * _quadratics(coordinates)
-    motions, kept = _kept_motions(coordinates, prescribed)
-    wanted = (motions.T @ (A @ motions))[kept]
+    shapes = fading[:, None] * _quadratics(coordinates, ranks)
+    motions, kept = _kept_motions(coordinates, prescribed, ranks)
+    wanted = ranks.sum((motions.T @ (A @ motions))[kept])
     s = (layer > 0.0).astype(np.float64)
     for _ in range(50):
         scaled = A @ (np.repeat(s, d)[:, None] * motions)
-        missing = wanted - ((np.repeat(s, d)[:, None] * motions).T @ scaled)[kept]
+        missing = wanted - ranks.sum(((np.repeat(s, d)[:, None] * motions).T @ scaled)[kept])
         off = float(np.abs(missing).max() / np.abs(wanted).max())
         if off < 1e-15:
             break
@@ -222,40 +220,60 @@ def redistributed(M: Any, coordinates: np.ndarray, nodes: np.ndarray, prescribed
         for shape in shapes.T:
             half = (np.repeat(shape, d)[:, None] * motions).T @ scaled
             columns.append((half + half.T)[kept])
-        s += shapes @ np.linalg.lstsq(np.stack(columns, axis=1), missing)[0]
+        s += shapes @ np.linalg.lstsq(ranks.sum(np.stack(columns, axis=1)), missing)[0]
     if not off < 1e-10:
         raise ValueError(
-            f"The mass of the {np.unique(nodes).size} nodes that may touch finds no place in the other "
-            f"{np.count_nonzero(layer)}: mass or moments of inertia stay off by {off:.1e}; "
+            f"The mass of the {count} nodes that may touch finds no place in the other "
+            f"{ranks.sum(np.count_nonzero(ranks.own(layer)))}: mass or moments of inertia stay off by "
+            f"{off:.1e}; "
             "give the body three cells or more across, or name fewer contact nodes."
         )
     return scaled_by_nodes(A, s)
 
 
-def _kept_motions(coordinates: np.ndarray, prescribed: np.ndarray) -> tuple[np.ndarray, tuple]:
+def layers(A: bsr_array, nodes: np.ndarray, ranks: Any) -> np.ndarray:
+    """Return in which layer around some nodes each node is (N,), by the couplings of A; inf if far away."""
+    N = A.indptr.size - 1
+    if ranks is ONE_RANK:
+        graph = csr_array((np.ones(A.indices.size), A.indices, A.indptr), shape=(N, N))
+        return np.asarray(dijkstra(graph, unweighted=True, indices=nodes, min_only=True))
+    rows, layer = np.repeat(np.arange(N), np.diff(A.indptr)), np.full(N, np.inf)
+    layer[nodes] = 0.0
+    for _ in range(DEEPEST):
+        ranks.update(layer)
+        nearer = layer.copy()
+        np.minimum.at(nearer, rows, layer[A.indices] + 1.0)
+        if not ranks.any(not np.array_equal(nearer, layer)):
+            break
+        layer = nearer
+    ranks.update(layer)
+    return layer
+
+
+def _kept_motions(coordinates: np.ndarray, prescribed: np.ndarray, ranks: Any) -> tuple[np.ndarray, tuple]:
     """Return motions (N d, d + m), and which of their products (rows, columns) shall keep their mass.
 
     The translations of what is free along each axis count by themselves, the m rigid motions that vanish at
     all prescribed unknowns with each other: moments of motions that the supports forbid move nothing.
     """
     N, d = coordinates.shape
-    rigid = rigid_motions(coordinates).reshape(N * d, -1)
+    rigid = rigid_motions(coordinates, ranks).reshape(N * d, -1)
     fixed = prescribed.ravel()
-    _, size, ways = np.linalg.svd(np.linalg.qr(rigid[fixed], mode="r"))  # small, however many are fixed
+    own = ranks.own(prescribed).ravel()
+    _, size, ways = np.linalg.svd(ranks.tall(np.linalg.qr(rigid[: own.size][own], mode="r")))  # small
     forbidden = np.count_nonzero(size > 1e-9 * np.sqrt(N))
     allowed = rigid @ ways[forbidden:].T
     allowed[fixed] = 0.0  # what rounding has left
     moving = np.where(fixed[:, None], 0.0, rigid[:, :d])
-    moving = moving[:, moving.any(axis=0)]
+    moving = moving[:, ranks.sum(moving.any(axis=0).astype(int)) > 0]
     first, second = np.triu_indices(allowed.shape[1])
     alone, shift = np.arange(moving.shape[1]), moving.shape[1]
     kept = np.concatenate([alone, first + shift]), np.concatenate([alone, second + shift])
     return np.hstack([moving, allowed]), kept
 
 
-def _quadratics(coordinates: np.ndarray) -> np.ndarray:
+def _quadratics(coordinates: np.ndarray, ranks: Any) -> np.ndarray:
     """1, x, y, ..., x^2, x y, ... at the nodes, (N, 6) or (N, 10), scaled to the body's size."""
-    x = coordinates - coordinates.mean(axis=0)
-    x = x / (np.abs(x).max() or 1.0)
+    x = centred(coordinates, ranks)
     first, second = np.triu_indices(x.shape[1])
     return np.column_stack([np.ones(len(x)), x, x[:, first] * x[:, second]])

@@ -44,7 +44,9 @@ class Midpoint(TimeIntegrator):
         change = moved + touch.increment
         work = self.work(touch.force, change, before, touch.gap)
         work.damping = self.damping_work(change / dt, change)
-        work.numerical = work.normal if push is None else work.normal - float(push @ touch.gap)
+        work.numerical = (
+            work.normal if push is None else work.normal - self.body.ranks.sum(float(push @ touch.gap))
+        )
         return self.after(
             before,
             touch,

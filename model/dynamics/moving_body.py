@@ -12,10 +12,12 @@ from model.checks import is_road
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_laws import as_law
 from model.node_loop.node_loop import uncoupled_unknowns
-from model.problem.contact_problem import length_scale
+from model.one_rank import ONE_RANK
+from model.problem.contact_problem import ContactProblem, length_scale
 from model.problem.linear_limits import LinearLimits
 from model.problem.rigid_modes import rigid_motions
 from model.problem.varying_friction import placed
+from model.ranks.shared_problem import SharedProblem
 
 Load = np.ndarray | Callable[[float], np.ndarray]
 
@@ -58,6 +60,9 @@ class MovingBody:
         unknowns, (N, d).
     limits : LinearLimits, optional
         Looks at the displacement after each step, and says once where linear strain is not true to it.
+    exchanges, ids : sequences, optional
+        Where many ranks share the body, as for `SharedProblem`: N are then the nodes held here, the owned
+        ones first, rows of the others are empty, and the n candidates are owned.
 
     Raises
     ------
@@ -90,6 +95,8 @@ class MovingBody:
     motion: Callable[[float], np.ndarray] | None = None
     support_force: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
     limits: Any = None
+    exchanges: Any = ()
+    ids: Any = ()
     dim: int = field(init=False)
     finite_strain = False  # so that every scheme knows whom it moves
 
@@ -187,30 +194,34 @@ class MovingBody:
 
     @classmethod
     def _of(cls, system: Any, nodes: np.ndarray, road: Any, friction: Any, limits: Any) -> "MovingBody":
-        if system.exchanges:
-            raise ValueError(
-                "A body in motion is not shared among ranks yet; give Body.from_grid(..., "
-                "comm=MPI.COMM_SELF), or run on one rank."
-            )
         if system.M is None:
             raise ValueError("The system has no mass; give forms.assemble(..., mass=m) the form m(u, v).")
         friction = placed(friction, system, nodes, road)
-        tied = len(system.node_of) > len(system.coordinates)
+        shared = len(system.exchanges) > 0
+        tied = shared or len(system.node_of) > len(system.coordinates)
+        nodes = system.node_of[nodes]
         return cls(
             system.M,
             system.A,
             system.load_at if system.varies else system.load_at(),
             system.coordinates,
-            system.node_of[nodes],
+            nodes[nodes < system.exchanges[0].owned] if shared else nodes,
             road,
             system.C,
             friction,
             system.prolongations,
             system.node_of if tied else None,
-            system.prescribed_at if system.varies else None,
+            system.prescribed_at if system.varies or shared else None,
             system.support_force if system.varies else None,
             limits,
+            system.exchanges,
+            system.ids,
         )
+
+    @property
+    def ranks(self) -> Any:
+        """Who shares the body."""
+        return self.exchanges[0] if self.exchanges else ONE_RANK
 
     def expand(self, values: np.ndarray) -> np.ndarray:
         """Return what a field (N, d) is at the nodes of the mesh."""
@@ -232,7 +243,28 @@ class MovingBody:
             self._defect(self._C, r.copy(), v, r)
         if self.supported:
             r[self.prescribed] = 0.0
+        self.ranks.update(r)
         return r
+
+    def problem(
+        self,
+        A: Any,
+        b: np.ndarray,
+        nodes: np.ndarray,
+        normal: np.ndarray,
+        gap: np.ndarray,
+        friction: Any = True,
+        reference: np.ndarray | None = None,
+    ) -> Any:
+        """Return the contact problem of the body with another matrix A, for some of its candidates.
+
+        `friction` is whether there is any, or another law than the body's.
+        """
+        law = (self.friction if friction else None) if isinstance(friction, bool) else friction
+        start = (A, b, self.coordinates, nodes, normal, gap, law)
+        if self.exchanges:
+            return SharedProblem(*start, self.prolongations, self.exchanges, self.ids)
+        return ContactProblem(*start, reference, prolongations=self.prolongations)
 
     def prescribed_at(self, time: float) -> np.ndarray:
         """Displacements (N, d) of prescribed unknowns at a time, 0 at others."""
@@ -270,7 +302,7 @@ class MovingBody:
     def strain_energy(self, u: np.ndarray) -> float:
         """Elastic energy at displacement u (N, d)."""
         x = self._strained(u).ravel()
-        return 0.5 * float(x @ (self.K @ x))
+        return 0.5 * float(self.ranks.sum(x @ (self.K @ x)))
 
     def stiffness_at(self, u: np.ndarray) -> Any:
         """Stiffness (N d, N d) at displacement u (N, d)."""
@@ -309,17 +341,19 @@ class MovingBody:
     @cached_property
     def size(self) -> float:
         """A length that rounding errors of positions can be measured by."""
-        return length_scale(self.coordinates)
+        return self.ranks.max(length_scale(self.coordinates))
 
     @cached_property
     def prescribed(self) -> np.ndarray:
         """Which unknowns (N, d) are prescribed."""
-        return uncoupled_unknowns(self._K)
+        alone = uncoupled_unknowns(self._K)
+        self.ranks.update(alone)
+        return alone
 
     @cached_property
     def supported(self) -> bool:
         """Whether any unknown is prescribed."""
-        return bool(self.prescribed.any())
+        return self.ranks.any(bool(self.prescribed.any()))
 
     @cached_property
     def floats(self) -> bool:
@@ -328,10 +362,12 @@ class MovingBody:
         A body that has travelled far would otherwise owe all its strain to rounding errors.
         """
         ones = np.tile(np.eye(self.dim), (self.coordinates.shape[0], 1))
-        return bool(np.abs(self.K @ ones).max() < 1e-10 * np.abs(self.K.diagonal()).max())
+        ranks = self.ranks
+        largest = ranks.max(np.abs(self.K.diagonal()).max())
+        return bool(ranks.max(np.abs(self.K @ ones).max()) < 1e-10 * largest)
 
     def _strained(self, u: np.ndarray) -> np.ndarray:
-        return u - u[0] if self.floats else u
+        return u - self.ranks.first(u[0]) if self.floats else u
 
 
 class RigidPart:

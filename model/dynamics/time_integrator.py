@@ -21,6 +21,8 @@ from model.dynamics.initial_acceleration import consistent_acceleration
 from model.dynamics.moving_body import MovingBody
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
+from model.ranks.shared_problem import SharedProblem
+from model.ranks.shared_solver import SharedSolver
 from model.solvers.contact_solver import ContactSolver
 from model.solvers.convergence_record import Record
 from model.solvers.iterative_refinement import ROUNDING
@@ -142,7 +144,7 @@ class StepSolver:
 
     Parameters
     ----------
-    problem : ContactProblem
+    problem : ContactProblem or SharedProblem
         Its matrix, symmetric positive definite, candidates and friction law.
     correction : str
         As for `ContactSolver`.
@@ -158,19 +160,22 @@ class StepSolver:
 
     def __init__(
         self,
-        problem: ContactProblem,
+        problem: ContactProblem | SharedProblem,
         correction: str,
         tolerance: float,
         slip_rate: float,
         places: Callable[[Any], np.ndarray] | None = None,
     ):
         self.places = places
-        solver = ContactSolver(problem, correction, progress=False)
-        self.tolerance, self.slip_rate = tolerance, slip_rate
+        solver: Any
+        if isinstance(problem, SharedProblem):
+            solver = SharedSolver(problem, progress=False)
+        else:
+            solver = ContactSolver(problem, correction, progress=False)
+        self.tolerance, self.slip_rate, self.ranks = tolerance, slip_rate, solver.ranks
         self.loop, self.correction, self.take_planes = solver.loop, solver.correction, solver.take_planes
-        self._rounding = (
-            2 * ROUNDING * float(np.abs(self.loop.diagonal).max())
-        )  # of the forces, for a unit of way
+        largest = self.ranks.max(float(np.abs(self.loop.diagonal).max(initial=0.0)))
+        self._rounding = 2 * ROUNDING * largest  # of the forces, for a unit of way
 
     def solve(
         self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, back: np.ndarray, before: State
@@ -201,21 +206,21 @@ class StepSolver:
             places = self.places(before) if self.places is not None and loop.friction.by_place else None
             told = loop.told((before.status == Status.SLIP).astype(np.float64), places)
         loop.set_load(b, gap, back, told)
-        e, status, cycles = np.zeros(loop.shape), before.status.copy(), 0
+        e, status, cycles = np.zeros_like(b), before.status.copy(), 0
         if isinstance(correction, Condensation):
             correction.improve(e, status, b.copy(), 0.1 * self.tolerance)
         else:
             status = loop.start(e, status)
         residual = loop.residual(e, status)
         if not residual <= self.tolerance:
-            first, scale = loop.sweeps, loop.load_size + float(np.linalg.norm(loop.force))
-            rounding = self._rounding * float(np.linalg.norm(e)) / (scale or 1.0)
+            first, scale = loop.sweeps, loop.load_size + loop.norm(loop.force)
+            rounding = self._rounding * loop.norm(e) / (scale or 1.0)
             record = Record(max(self.tolerance, rounding), LIMIT, lambda: loop.sweeps - first, False)
             correction.solve(e, status, record)
             residual, cycles = record.history[-1], record.cycles
         after = np.empty(status.size)
         law = None if loop.friction is None else loop.friction.address
-        count = confirm_contact(loop.contact, e, loop.force, law, status, after)
+        count = self.ranks.sum(confirm_contact(loop.contact, e, loop.force, law, status, after))
         return Touch(e, loop.force.copy(), status, loop.part * after, count, residual, cycles)
 
 
@@ -286,16 +291,7 @@ class TimeIntegrator(ABC):
         body = self.body
         rest = np.zeros_like(body.coordinates)
         gap, normal = body.gaps(rest)
-        problem = ContactProblem(
-            A,
-            rest,
-            body.coordinates,
-            body.contact_nodes,
-            normal,
-            np.maximum(gap, 0.0),
-            body.friction if friction else None,
-            prolongations=body.prolongations,
-        )
+        problem = body.problem(A, rest, body.contact_nodes, normal, np.maximum(gap, 0.0), friction)
         solver = StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt, body.places)
         if isinstance(solver.correction, Multigrid):
             solver.correction.take_time_steps()
@@ -320,24 +316,27 @@ class TimeIntegrator(ABC):
         if body.supported:
             g = body.prescribed_at(0.0)
             off = np.where(body.prescribed, np.abs(u - g), 0.0)
+            trouble = ""
             if displacement is not None and off.max() > 1e-12 * body.size:
                 node, axis = np.unravel_index(int(np.argmax(off)), off.shape)
-                raise ValueError(
+                trouble = (
                     f"The initial displacement of node {node} is {u[node, axis]:g} along {'xyz'[axis]}, but "
                     f"{g[node, axis]:g} is prescribed there; start where the supports are."
                 )
+            body.ranks.agree(trouble)
             u = np.where(body.prescribed, g, u)
             v = np.where(body.prescribed, body.prescribed_rates(0.0, self.dt)[0], v)
         gap, normal = body.gaps(u)
-        worst = int(np.argmin(gap))
-        if not gap[worst] > -1e-12 * body.size:
-            raise ValueError(
-                f"Node {body.contact_nodes[worst]} starts {-gap[worst]:g} below the road; "
+        trouble = ""
+        if not gap.min(initial=0.0) > -1e-12 * body.size:
+            trouble = (
+                f"Node {body.contact_nodes[np.argmin(gap)]} starts {-gap.min():g} below the road; "
                 "move the body or the road so that every gap is >= 0."
             )
+        body.ranks.agree(trouble)
         gap = np.where(gap < 1e-12 * body.size, 0.0, gap)
         a, force, status = self.accelerate(u, v, gap, normal)
-        count = int(np.count_nonzero(status))
+        count = body.ranks.sum(int(np.count_nonzero(status)))
         return self.supported(State(0, 0.0, u, v, a, force, gap, status, force.copy(), count=count))
 
     def accelerate(
@@ -377,7 +376,9 @@ class TimeIntegrator(ABC):
             return b
         diagonal = np.einsum("naa->na", self.solvers[solver].loop.diagonal)
         missing = body.prescribed_at((before.step + 1) * self.dt) - before.displacement - moved
-        return np.where(body.prescribed, diagonal * missing, b)
+        own, driven = body.ranks.own, b.copy()
+        driven[: len(diagonal)] = np.where(own(body.prescribed), diagonal * own(missing), own(b))
+        return driven
 
     def supported(self, state: State) -> State:
         """Return the state, displacement, velocity and acceleration of supports set in place."""
@@ -427,7 +428,8 @@ class TimeIntegrator(ABC):
         moves, what the body does relative to it counts as such work, and the rest as the road's.
         """
         impulse = np.zeros(force.shape[1])
-        if not force.any():
+        total = self.body.ranks.sum
+        if not self.body.ranks.any(bool(force.any())):
             return Work(impulse=impulse)
         loop = self.solvers["step"].loop
         opening, way = (gap - before.gap) / loop.part, self.way(before)  # along what of the normals it sees
@@ -435,13 +437,14 @@ class TimeIntegrator(ABC):
             change = change.copy()
             change[self.body.contact_nodes] -= way
         normal, friction = contact_work(loop.contact, force, change, opening, impulse)
-        return Work(normal, friction, impulse=self.dt * impulse, road=float(np.sum(force * way)))
+        road = total(float(np.sum(force * way)))
+        return Work(total(normal), total(friction), impulse=self.dt * total(impulse), road=road)
 
     def damping_work(self, speed: np.ndarray, change: np.ndarray) -> float:
         """Work of the damping forces C speed over the displacement `change`, both (N, d)."""
         if self.body.C is None:
             return 0.0
-        return -float(change.ravel() @ (self.body.C @ speed.ravel()))
+        return -float(self.body.ranks.sum(change.ravel() @ (self.body.C @ speed.ravel())))
 
 
 def choose(body: MovingBody) -> str:

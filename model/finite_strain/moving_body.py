@@ -40,6 +40,8 @@ class FiniteBody(MovingBody):
     def _of(cls, system: Any, nodes: np.ndarray, road: Any, friction: Any, limits: Any) -> "FiniteBody":
         if system.elastic is None:
             raise ValueError("FiniteBody is for forms.Hyperelasticity; linear strain takes MovingBody.")
+        if system.exchanges:
+            raise ValueError("Bodies of finite strain are not shared among ranks yet; run on one rank.")
         if hasattr(road, "at"):
             raise ValueError(
                 "The road moves, but under a body of finite strain it must rest; prescribe the motion of the "

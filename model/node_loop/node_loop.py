@@ -174,6 +174,10 @@ class NodeLoop:
             return 0.0
         return missing / (self.load_size + length(self.force) or missing)
 
+    def norm(self, x: np.ndarray) -> float:
+        """Euclidean norm of values at nodes."""
+        return length(x)
+
     def reaction(self) -> tuple[np.ndarray, np.ndarray]:
         """Forces (n, d) of the road on the body at the last residual, and their normal parts (n,), >= 0.
 

@@ -10,20 +10,20 @@ from scipy.sparse.csgraph import connected_components
 
 from model.node_loop.contact_sweep import frames
 from model.node_loop.status import Status
+from model.one_rank import ONE_RANK
 
 BALANCE = 1e-9  # of the load: what NNLS leaves of a load that is balanced is below it by a factor of ten
 LANDINGS = 100  # nodes that may arrive one after the other; the solver goes on from anywhere
 SEEN = 1e-10  # of the largest work on any mode: a mode on which unit forces do less is not resisted
 
 
-def rigid_motions(coordinates: np.ndarray) -> np.ndarray:
+def rigid_motions(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:
     """Translations and small rotations about the centre, scaled to the body's size.
 
     (N, d, 3) in 2-D, (N, d, 6) in 3-D.
     """
     N, d = coordinates.shape
-    x = coordinates - coordinates.mean(axis=0)
-    x = x / (np.abs(x).max() or 1.0)
+    x = centred(coordinates, ranks)
     pairs = [(0, 1)] if d == 2 else [(0, 1), (1, 2), (2, 0)]
     motions = np.zeros((N, d, d + len(pairs)))
     for a in range(d):
@@ -32,6 +32,13 @@ def rigid_motions(coordinates: np.ndarray) -> np.ndarray:
         motions[:, a, d + k] = -x[:, b]
         motions[:, b, d + k] = x[:, a]
     return motions
+
+
+def centred(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:
+    """Return points (N, d), which ranks may share, from their mean, scaled to the size 1."""
+    own = ranks.own(coordinates)
+    x = coordinates - ranks.sum(own.sum(axis=0)) / ranks.sum(len(own))
+    return x / (ranks.max(float(np.abs(x).max())) or 1.0)
 
 
 def bodies(A: bsr_array) -> np.ndarray:

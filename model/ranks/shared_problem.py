@@ -69,7 +69,7 @@ class SharedProblem:
                 raise ValueError("Friction that varies is not shared among ranks yet; run on one rank.")
         except ValueError as error:
             trouble = str(error)
-        self.raise_on_all(trouble)
+        exchange.agree(trouble)
         if exchange.sum(n) == 0:
             raise ValueError("No rank has a candidate, but a contact problem needs at least one.")
 
@@ -101,9 +101,3 @@ class SharedProblem:
                 "be pushed out, as in a press fit."
             )
         return np.maximum(gap, 0.0)
-
-    def raise_on_all(self, trouble: str) -> None:
-        """Raise a ValueError on every rank if any is in trouble; collective."""
-        said = next((s for s in self.exchanges[0].comm.allgather(trouble) if s), "")
-        if said:
-            raise ValueError(said)

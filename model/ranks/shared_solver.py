@@ -3,6 +3,7 @@
 from contextlib import suppress
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -39,8 +40,8 @@ class SharedLoop(NodeLoop):
 
     def set_load(self, b: np.ndarray, gap: np.ndarray, reference: Any = None, state: Any = None) -> None:
         """Set what changes from step to step; collective."""
-        super().set_load(b, gap, reference, state)
-        self.load_size = self._norm(self.load_size)
+        super().set_load(b[: self.exchange.owned], gap, reference, state)
+        self.load_size = self._all(self.load_size)
 
     def start(self, u: np.ndarray, status: np.ndarray | None = None) -> np.ndarray:
         """Make `u` (nodes held, d) admissible in place; collective."""
@@ -57,10 +58,14 @@ class SharedLoop(NodeLoop):
     def residual(self, u: np.ndarray, status: np.ndarray) -> float:
         """Natural residual of `u` (nodes held, d) on all ranks; collective."""
         super().residual(u, status)
-        missing, force = self._norm(length(self.R)), self._norm(length(self.force))
+        missing, force = self.norm(self.R), self.norm(self.force)
         return 0.0 if missing == 0.0 else missing / (self.load_size + force or missing)
 
-    def _norm(self, size: float) -> float:
+    def norm(self, x: np.ndarray) -> float:
+        """Euclidean norm of values (N, d) at all ranks' own nodes; collective."""
+        return self._all(length(self.exchange.own(x)))
+
+    def _all(self, size: float) -> float:
         """Norm of a vector of which each rank knows the norm of its part."""
         return float(np.sqrt(self.exchange.sum(size**2)))
 
@@ -84,7 +89,7 @@ class SharedSolver:
     def __init__(self, problem: SharedProblem, progress: bool = True):
         began = perf_counter()
         self.problem, self.exchange = problem, problem.exchanges[0]
-        self.ranks = self.exchange
+        self.ranks, self.correction = self.exchange, SimpleNamespace(name=self.name, solve=self.solve_step)
         self.progress = progress and self.exchange.comm.rank == 0
         if self.exchange.comm.rank == 0:
             announce_compilation()
@@ -143,7 +148,7 @@ class SharedSolver:
             u = np.zeros((N, d)) if start is None else shaped("start", start, (N, d)).copy()
         except ValueError as error:
             trouble = str(error)
-        problem.raise_on_all(trouble)
+        self.exchange.agree(trouble)
         assert b is not None and gap is not None
         self.take_planes(problem.normal if normal is None else normal)
         loop.slip_rate = slip_rate
@@ -152,7 +157,7 @@ class SharedSolver:
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
-        self.find(u, status, record)
+        self.solve_step(u, status, record)
         seconds = perf_counter() - began
         force, pressure = loop.reaction()
         loop.confirm(status)
@@ -182,7 +187,7 @@ class SharedSolver:
             if self.first_guess is not None:
                 self.first_guess.update_normals(self.loop)
 
-    def find(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
+    def solve_step(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Solve the problem the loop is aimed at, from an admissible u and status, in place; collective."""
         if self.first_guess is not None and self.loop.residual(u, status) > record.tolerance:
             self.first_guess.correct(self.loop, u, status)

@@ -1,4 +1,8 @@
-"""Checkpoints: stop a run, and go on later to the last bit as if it had not stopped."""
+"""Checkpoints: stop a run, and go on later to the last bit as if it had not stopped.
+
+On another number of ranks a run goes on as well, as far as rounding goes: what belongs to nodes is then found
+again by their places.
+"""
 
 from dataclasses import fields
 from hashlib import sha256
@@ -6,11 +10,15 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from model.atomic_file import write_aside
 from model.dynamics.time_integrator import State, TimeIntegrator, Work
 from model.recording.history import History
 from model.solvers.static_condensation import Condensation
+
+AT_NODES = ("displacement", "velocity", "acceleration")
+AT_CANDIDATES = ("contact_force", "gap", "status", "mean_force", "memory")
 
 
 def save_checkpoint(
@@ -45,10 +53,16 @@ def save_checkpoint(
     ...     pass
     >>> save_checkpoint("run.npz", scheme, state, history)
     """
-    arrays = {"run": np.array(fingerprint(integrator))}
+    body, ranks = integrator.body, integrator.body.ranks
+    arrays = {"run": np.array(fingerprint(integrator)), "scene": np.array(scene(integrator))}
     for field in fields(State):
         if field.name != "work" and getattr(state, field.name) is not None:
-            arrays[f"state_{field.name}"] = np.asarray(getattr(state, field.name))
+            values = np.asarray(getattr(state, field.name))
+            if field.name in AT_NODES + AT_CANDIDATES:
+                values = ranks.stacked(ranks.own(values) if field.name in AT_NODES else values)
+            arrays[f"state_{field.name}"] = values
+    arrays["nodes"] = ranks.stacked(ranks.own(body.coordinates))
+    arrays["candidates"] = ranks.stacked(body.coordinates[body.contact_nodes])
     for field in fields(Work):
         arrays[f"work_{field.name}"] = np.asarray(getattr(state.work, field.name))
     for name, solver in integrator.solvers.items():
@@ -58,8 +72,9 @@ def save_checkpoint(
             arrays[f"batches_{name}"] = np.array([batch.size for batch in batches], dtype=np.int64)
     if history is not None:
         arrays |= {f"history_{name}": values for name, values in history.saved().items()}
-    with write_aside(path) as aside, open(aside, "wb") as file:
-        np.savez(file, **arrays)  # type: ignore[arg-type]
+    if ranks.before(1) == 0:
+        with write_aside(path) as aside, open(aside, "wb") as file:
+            np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
 def load_checkpoint(path: str | Path, integrator: TimeIntegrator, history: History | None = None) -> State:
@@ -104,9 +119,12 @@ def load_checkpoint(path: str | Path, integrator: TimeIntegrator, history: Histo
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         run = str(arrays["run"])
-        if run != fingerprint(integrator):
+        same = run == fingerprint(integrator) and not integrator.body.exchanges
+        if not same and (str(arrays["scene"]) != scene(integrator) or history is not None):
             raise ValueError(f"it is of another run ({run.split()[0]})")
         values = {name[6:]: value for name, value in arrays.items() if name.startswith("state_")}
+        if not same:
+            _find_places(values, arrays, integrator)
         work = {name[5:]: value for name, value in arrays.items() if name.startswith("work_")}
         impulse = work.pop("impulse")
         state = State(
@@ -122,7 +140,7 @@ def load_checkpoint(path: str | Path, integrator: TimeIntegrator, history: Histo
             history.restore(
                 {name[len(prefix) :]: v for name, v in arrays.items() if name.startswith(prefix)}, state
             )
-        for name, solver in integrator.solvers.items():
+        for name, solver in integrator.solvers.items() if same else ():
             if isinstance(solver.correction, Condensation):
                 ends = np.cumsum(arrays[f"batches_{name}"])[:-1]
                 known = arrays[f"known_{name}"]
@@ -134,10 +152,35 @@ def load_checkpoint(path: str | Path, integrator: TimeIntegrator, history: Histo
     return state
 
 
+def scene(integrator: TimeIntegrator) -> str:
+    """Name what must be the same for a run to go on elsewhere: scheme, sizes, friction, step."""
+    body = integrator.body
+    sizes = body.ranks.sum(np.array([len(body.ranks.own(body.coordinates)), body.contact_nodes.size]))
+    return f"{type(integrator).__name__} {sizes} {integrator.dt!r} {body.friction!r} {integrator.tolerance!r}"
+
+
+def _find_places(
+    values: dict[str, np.ndarray], arrays: dict[str, np.ndarray], integrator: TimeIntegrator
+) -> None:
+    """Bring the fields of a state into the order of the nodes that this rank holds."""
+    body = integrator.body
+    for names, places, points in (
+        (AT_NODES, arrays["nodes"], body.coordinates),
+        (AT_CANDIDATES, arrays["candidates"], body.coordinates[body.contact_nodes]),
+    ):
+        distance, at = cKDTree(places).query(points)
+        if distance.max(initial=0.0) > 1e-10 * body.size:
+            raise ValueError("nodes of the body are not where they were")
+        for name in set(names) & values.keys():
+            values[name] = values[name][at]
+
+
 def fingerprint(integrator: TimeIntegrator) -> str:
     """Name what must be the same for a run to go on: scheme, matrix, candidates, load, friction, step."""
     digest = sha256()
     body, loop = integrator.body, integrator.solvers["step"].loop
+    if body.exchanges:  # of which no rank has all: such a run goes on by places
+        return "shared"
     for values in (loop.A.indptr, loop.A.indices, loop.A.data, body.contact_nodes, body.load_at(0.0)):
         digest.update(np.ascontiguousarray(values).tobytes())
     digest.update(f"{integrator.dt!r} {loop.friction!r} {integrator.tolerance!r}".encode())

@@ -83,6 +83,7 @@ class Ledger:
     def close(self, before: State, after: State) -> Entry:
         """Return, and keep as the last, the entry of the step from `before` to `after`."""
         integrator, last, work = self.integrator, self.entry, after.work
+        ranks = integrator.body.ranks
         entry = self._opening(after)
         entry.damping = last.damping - work.damping
         entry.friction = last.friction - work.friction
@@ -91,11 +92,11 @@ class Ledger:
         load = integrator.mean_load(before)
         entry.load_work = last.load_work + work.road
         if callable(integrator.body.load):
-            entry.load_work += entry.potential - last.potential + float(np.vdot(load, change)) + work.load
+            entry.load_work += entry.potential - last.potential + ranks.dot(load, change) + work.load
         entry.total = entry.kinetic + entry.strain + entry.potential
         entry.total += entry.damping + entry.friction - entry.load_work
         entry.gain, entry.numerical = entry.total - last.total, work.numerical
-        impulse = integrator.dt * load.sum(axis=0) + work.impulse
+        impulse = integrator.dt * ranks.sum(ranks.own(load).sum(axis=0)) + work.impulse
         if integrator.body.floats:
             entry.momentum_error = float(np.abs(entry.momentum - last.momentum - impulse).max())
         self.entry = entry
@@ -112,7 +113,7 @@ class Ledger:
         kinetic, strain, potential = energies(self.integrator, state)
         total = kinetic + strain + potential
         error = 0.0 if body.floats else np.nan
-        momentum = np.where(body.prescribed, 0.0, momenta).sum(axis=0)
+        momentum = body.ranks.sum(np.where(body.prescribed, 0.0, momenta).sum(axis=0))
         return Entry(kinetic, strain, potential, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, total, momentum, error)
 
 
@@ -120,8 +121,12 @@ def energies(integrator: TimeIntegrator, state: State) -> tuple[float, float, fl
     """Kinetic, strain and load energy of a state."""
     body = integrator.body
     v = np.where(body.prescribed, 0.0, state.velocity).ravel()  # supports are driven, not carried on
-    potential = -float(np.vdot(body.load_at(state.time), state.displacement))
-    return 0.5 * float(v @ (integrator.M @ v)), body.strain_energy(state.displacement), potential
+    potential = -body.ranks.dot(body.load_at(state.time), state.displacement)
+    return (
+        0.5 * float(body.ranks.sum(v @ (integrator.M @ v))),
+        body.strain_energy(state.displacement),
+        potential,
+    )
 
 
 def total_energy(integrator: TimeIntegrator, state: State) -> float:

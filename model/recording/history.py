@@ -63,6 +63,10 @@ class History:
         points: Mapping[str, int] | None = None,
         path: str | Path | None = None,
     ):
+        if integrator.body.exchanges:
+            raise ValueError(
+                "A History is not shared among ranks yet; keep a Ledger and write a Series, or run on one rank."
+            )
         self.integrator, self.points = integrator, dict(points or {})
         candidates = integrator.body.contact_nodes
         self._candidate = {

@@ -16,7 +16,7 @@ from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
 from model.problem.varying_friction import placed
 from model.ranks.shared_problem import SharedProblem
-from model.results.gathered import gathered
+from model.results.gathered import gathered_if_shared
 from model.results.reactions import Balance, balance
 from model.results.road_surface import write_road
 
@@ -245,11 +245,11 @@ class BodyOnRoad:
         body: Any = self
         nodes, cells = self.fields(solution)
         around = self.system.points + nodes["displacement"]
-        if self.system.exchanges:
-            comm = self.system.sharing.comm
-            around = np.concatenate(comm.allgather(around))
-            body, nodes, cells = gathered(self.system, nodes, cells)
-            if comm.rank:
+        whole = gathered_if_shared(self)
+        if whole is not None:
+            around = np.concatenate(whole.comm.allgather(around))
+            body, (nodes, cells) = whole.body, whole.fields(nodes, cells)
+            if whole.comm.rank:
                 return
         write_xdmf(path, body, nodes, cells)
         path = Path(path)

@@ -9,40 +9,53 @@ import numpy as np
 Fields = Mapping[str, np.ndarray]
 
 
-def gathered(
-    system: Any, nodes: Fields, cells: Fields
-) -> tuple[Any, dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Gather a shared mesh and its fields on rank 0; collective.
+class Gathered:
+    """A shared mesh, whole on rank 0; collective.
 
     Parameters
     ----------
     system : forms.System
         With `sharing`.
-    nodes, cells : dict of ndarray
-        Fields at the nodes and in the cells that this rank holds.
 
-    Returns
-    -------
-    On rank 0 the whole mesh, for `write_xdmf`, and its fields; on other ranks None and nothing.
+    Attributes
+    ----------
+    comm : MPI communicator
+    body
+        On rank 0 the whole mesh, for `write_xdmf`; on others None.
     """
-    comm, ids, own = system.sharing.comm, system.sharing.mesh_ids, system.sharing.own
-    ours = system.sharing.cells
-    at_nodes = comm.gather({name: values[own] for name, values in nodes.items()})
-    in_cells = comm.gather({name: values[ours] for name, values in cells.items()})
-    places = comm.gather((ids[own], system.points[own], ids[system.cells[ours]]))
-    if comm.rank:
-        return None, {}, {}
-    numbers, points, corners = (np.concatenate(part) for part in zip(*places))
-    order = np.argsort(numbers)
-    corners = np.searchsorted(numbers[order], corners)
-    mesh, vertices = _mesh(points[order], corners, system.mesh.topology.cell_name())
-    order = order[mesh.geometry.input_global_indices]
-    original = mesh.topology.original_cell_index
-    return (
-        SimpleNamespace(mesh=mesh, cells=vertices),
-        {name: np.concatenate([part[name] for part in at_nodes])[order] for name in nodes},
-        {name: np.concatenate([part[name] for part in in_cells])[original] for name in cells},
-    )
+
+    def __init__(self, system: Any):
+        sharing = system.sharing
+        self.comm, ids, self._own, self._cells = sharing.comm, sharing.mesh_ids, sharing.own, sharing.cells
+        self.body: Any = None
+        parts = (ids[self._own], system.points[self._own], ids[system.cells[self._cells]])
+        places = self.comm.gather(parts)
+        if self.comm.rank:
+            return
+        numbers, points, corners = (np.concatenate(part) for part in zip(*places))
+        order = np.argsort(numbers)
+        corners = np.searchsorted(numbers[order], corners)
+        mesh, vertices = _mesh(points[order], corners, system.mesh.topology.cell_name())
+        self._nodes = order[mesh.geometry.input_global_indices]
+        self._original = mesh.topology.original_cell_index
+        self.body = SimpleNamespace(mesh=mesh, cells=vertices)
+
+    def fields(self, nodes: Fields, cells: Fields) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Return fields of the nodes and the cells that each rank holds, on rank 0; collective."""
+        at_nodes = self.comm.gather({name: values[self._own] for name, values in nodes.items()})
+        in_cells = self.comm.gather({name: values[self._cells] for name, values in cells.items()})
+        if self.comm.rank:
+            return {}, {}
+        return (
+            {name: np.concatenate([part[name] for part in at_nodes])[self._nodes] for name in nodes},
+            {name: np.concatenate([part[name] for part in in_cells])[self._original] for name in cells},
+        )
+
+
+def gathered_if_shared(body: Any) -> Gathered | None:
+    """Gather the mesh of a BodyOnRoad, or of a system, that ranks share; collective."""
+    system = getattr(body, "system", body)
+    return Gathered(system) if getattr(system, "sharing", None) is not None else None
 
 
 def _mesh(points: np.ndarray, cells: np.ndarray, cell: str) -> tuple[Any, np.ndarray]:

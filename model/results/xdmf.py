@@ -20,6 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from model.atomic_file import check_writable, write_aside
+from model.results.gathered import gathered_if_shared
 
 with contextlib.suppress(ImportError):
     import dolfinx_solver  # noqa: F401  (the PyPI wheel: before dolfinx)
@@ -151,7 +152,7 @@ class Series:
     path : str or Path
         NAME.xdmf.
     body : Body
-        As for `write_xdmf`.
+        As for `write_xdmf`; where many ranks share it, a BodyOnRoad: rank 0 writes what all hand in.
     resume_at : float, optional
         Go on with the series that is there, after its steps at earlier times than this.
 
@@ -172,10 +173,26 @@ class Series:
     """
 
     def __init__(self, path: str | Path, body: HasMesh, resume_at: float | None = None):
-        self.path = _xdmf(path)
-        self._writer = _Writer(body)
         self._steps: list[str] = []
         self._mesh = ""
+        self._whole = gathered_if_shared(body)
+        if self._whole is None:
+            self._open(path, body, resume_at)
+            return
+        trouble = ""
+        try:
+            if self._whole.body is not None:
+                self._open(path, self._whole.body, resume_at)
+        except ValueError as error:
+            trouble = str(error)
+        trouble = self._whole.comm.bcast(trouble)
+        if trouble:
+            raise ValueError(trouble)
+
+    def _open(self, path: str | Path, body: HasMesh, resume_at: float | None) -> None:
+        """Begin a series, or go on with one."""
+        self.path = _xdmf(path)
+        self._writer = _Writer(body)
         text = self.path.read_text(encoding="utf-8", errors="replace") if self.path.exists() else ""
         used = next((folder for folder in self._folders() if f">{folder.name}/" in text), None)
         # a new series goes to the folder that the old one does not use: both are whole until the switch
@@ -201,6 +218,10 @@ class Series:
         ValueError
             If a field does not fit the body or is not finite, or the files cannot be written.
         """
+        if self._whole is not None:
+            nodes, cells = self._whole.fields(nodes, cells or {})
+            if self._whole.body is None:
+                return
         functions = self._writer.functions(nodes, cells or {})
         if not self._mesh:
             self._begin()
