@@ -25,7 +25,10 @@ from model import (
     MovingBody,
     Newmark,
     NotConverged,
+    Series,
     follow,
+    load_checkpoint,
+    save_checkpoint,
     solve,
 )
 from model.recording.energy_balance import Ledger
@@ -125,16 +128,20 @@ def platen():
     return BodyOnRoad(system, "bottom", Plane((0.0, -0.001), (0.0, 1.0)), friction=0.3)
 
 
-def thrown(scheme, road, dt, steps, friction=0.3):
-    """A block that is thrown obliquely on a road, and its ledger; its top is tied to a plate."""
+def block(scheme, road, dt, friction=0.3):
+    """A block above a road; its top is tied to a plate that moves."""
     body = Body.from_grid(rectangle(2.0, 1.0, 6, 3), 1)
     elasticity = Elasticity(body, Isotropic(E=1e4, nu=0.3))
     support = Support(body).platen("top").fix("top", x=lambda t: 0.5 * t)
     system = elasticity.system(elasticity.body_force((0.0, -10.0)), support, 1.0, (0.1, 1e-4))
     contact = BodyOnRoad(system, "bottom", road, friction=friction)
-    moving = scheme(MovingBody.from_contact(contact), dt, tolerance=1e-11)
-    fall = np.tile([0.5, -1.0], (len(system.coordinates), 1))
-    state = moving.start(velocity=fall)
+    return contact, scheme(MovingBody.from_contact(contact), dt, tolerance=1e-11)
+
+
+def thrown(scheme, road, dt, steps, friction=0.3):
+    """The block, thrown obliquely, and its ledger."""
+    contact, moving = block(scheme, road, dt, friction)
+    state = moving.start(velocity=np.tile([0.5, -1.0], (len(contact.system.coordinates), 1)))
     ledger = Ledger(moving, state)
     for _ in range(steps):
         before, state = state, moving.step(state)
@@ -142,9 +149,29 @@ def thrown(scheme, road, dt, steps, friction=0.3):
     return contact, state, ledger.entry
 
 
+FLOOR = Plane((0.0, -0.002), (0.02, 1.0))
+
+
+def saved(path):
+    """Six steps of the block, then a checkpoint and a series."""
+    contact, moving = block(Newmark, FLOOR, 1e-3)
+    state = moving.start(velocity=np.tile([0.5, -1.0], (len(contact.system.coordinates), 1)))
+    state = moving.run(state, 6)
+    save_checkpoint(f"{path}/run.npz", moving, state)
+    series = Series(f"{path}/run.xdmf", contact)
+    series.write(state.time, *contact.fields(state))
+    return contact, state
+
+
+def continued(path):
+    """Two steps more from the checkpoint."""
+    contact, moving = block(Newmark, FLOOR, 1e-3)
+    return contact, moving.run(load_checkpoint(f"{path}/run.npz", moving), 2)
+
+
 def newmark():
     """With Newmark, on a plane."""
-    return thrown(Newmark, Plane((0.0, -0.002), (0.02, 1.0)), 1e-3, 8)
+    return thrown(Newmark, FLOOR, 1e-3, 8)
 
 
 def stabilised():
@@ -200,9 +227,12 @@ SCENES = {
 }
 
 
-def found(kind):
+FILED = {"saved": saved, "continued": continued}
+
+
+def found(kind, path="."):
     """The fields of a scene on the whole body, sorted by place, and the sheet of its forces; on rank 0."""
-    scene = SCENES[kind]()
+    scene = FILED[kind](path) if kind in FILED else SCENES[kind]()
     path = isinstance(scene, tuple)
     contact, solution, *books = scene if path else (scene, solve(scene, "multigrid", tolerance=1e-11))
     nodes, _ = contact.fields(solution)
@@ -227,7 +257,7 @@ if __name__ == "__main__":
     out, *kinds = sys.argv[1:]
     for kind in kinds:
         try:
-            fields = found(kind)
+            fields = found(kind, out)
         except (ValueError, NotConverged) as error:
             fields = {"trouble": np.array(str(error))}
         everybody = MPI.COMM_WORLD.gather(str(fields.get("trouble", "")))

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from on_ranks import found
@@ -24,11 +25,12 @@ pytestmark = pytest.mark.skipif(LAUNCHER is None, reason="there is no mpirun her
 
 # What is run on how many ranks: by one launch each, for a process needs seconds to begin.
 KINDS = {
-    2: ["cylinder", "path", "held", "tread"],
-    3: ["friction", "triangles", "hollow", "platen", "below", "motion"],
+    2: ["cylinder", "path", "held", "tread", "newmark", "redistributed", "continued"],
+    3: ["friction", "triangles", "hollow", "platen", "stabilised", "bouncing", "below", "explicit", "saved"],
     4: ["ball", "corner"],
 }
-WRONG = {"below": "below the road", "motion": "not shared among ranks"}
+NUMBERS = {"displacement", "contact_pressure", "contact_traction", "gap", "sheet", "ledger"}
+WRONG = {"below": "below the road", "explicit": "not shared among ranks"}
 
 
 @pytest.fixture(scope="module")
@@ -39,10 +41,12 @@ def shared(tmp_path_factory):
     def of(ranks, kind):
         if ranks not in there:
             there[ranks] = tmp_path_factory.mktemp(f"ranks{ranks}")
+            found("saved", there[ranks])
             launch(ranks, there[ranks], *KINDS[ranks])
         with np.load(there[ranks] / f"{kind}.npz") as file:
             return dict(file)
 
+    of.there = there
     return of
 
 
@@ -64,11 +68,16 @@ def launch(ranks, *arguments):
     [(ranks, kind) for ranks, kinds in KINDS.items() for kind in kinds if kind not in WRONG],
 )
 def test_many_ranks_find_what_one_finds(ranks, kind, shared):
-    alone, together = found(kind), shared(ranks, kind)
+    together = shared(ranks, kind)
+    alone = found("newmark" if kind == "continued" else kind, shared.there[ranks])
     assert "trouble" not in together, together["trouble"]
     assert np.array_equal(alone["status"], together["status"])
     assert 0 < np.count_nonzero(alone["status"]) < alone["status"].size
-    for name in {"displacement", "contact_pressure", "contact_traction", "gap", "sheet"} & alone.keys():
+    for name in (
+        {"displacement", "contact_pressure", "contact_traction", "gap", "sheet", "ledger"}
+        & alone.keys()
+        & together.keys()
+    ):
         assert np.abs(alone[name] - together[name]).max() <= 1e-8 * np.abs(alone[name]).max(), name
 
 
@@ -77,3 +86,24 @@ def test_every_rank_hears_what_is_wrong(kind, words, shared):
     said = shared(3, kind)["everybody"]
     assert len(said) == 3
     assert all(words in sentence for sentence in said)
+
+
+def test_a_run_goes_on_on_one_rank(shared):
+    shared(3, "saved")
+    alone, went_on = found("newmark"), found("continued", shared.there[3])
+    assert np.array_equal(alone["status"], went_on["status"])
+    for name in ("displacement", "contact_pressure", "contact_traction"):
+        assert np.abs(alone[name] - went_on[name]).max() <= 1e-8 * np.abs(alone[name]).max(), name
+
+
+def test_many_ranks_write_one_series(shared):
+    with_steps = shared(3, "saved")["points"]
+    with h5py.File(next((shared.there[3] / "run.steps2").glob("0*.h5"))) as file:
+        found_there = np.concatenate([np.ravel(values) for values in leaves(file)])
+    assert len(with_steps) * 3 <= found_there.size and np.isfinite(found_there).all()
+
+
+def leaves(group):
+    """All arrays of an HDF5 file."""
+    for item in group.values():
+        yield from leaves(item) if hasattr(item, "values") else [np.asarray(item)]

@@ -65,7 +65,7 @@ class History:
     ):
         if integrator.body.exchanges:
             raise ValueError(
-                "A History is not shared among ranks yet; keep a Ledger and write a Series, or run on one rank."
+                "A History is not shared among ranks yet; keep a Ledger and a Series, or run on one rank."
             )
         self.integrator, self.points = integrator, dict(points or {})
         candidates = integrator.body.contact_nodes
