@@ -32,11 +32,12 @@ class MasslessNodes:
         number[nodes] = first + np.arange(nodes.size)
         ranks.update(number)
         K, n = body.K, int(counts.sum())
-        rows = np.repeat(np.arange(K.indptr.size - 1), np.diff(K.indptr))
-        kept = np.isin(rows, nodes) & (number[K.indices] >= 0)
-        rows, columns, data = (
-            ranks.stacked(x) for x in (number[rows[kept]], number[K.indices[kept]], K.data[kept])
-        )
+        count = np.diff(K.indptr)[nodes]
+        start = np.concatenate([[0], np.cumsum(count)])
+        places = np.repeat(K.indptr[nodes] - start[:-1], count) + np.arange(start[-1])
+        rows, columns = np.repeat(number[nodes], count), number[K.indices[places]]
+        kept = columns >= 0
+        rows, columns, data = (ranks.stacked(x[kept]) for x in (rows, columns, K.data[places]))
         order = np.lexsort((columns, rows))
         indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=n))])
         self.K = bsr_array((data[order], columns[order], indptr), shape=(n * d, n * d))

@@ -169,7 +169,7 @@ class StepSolver:
         self.places = places
         solver: Any
         if isinstance(problem, SharedProblem):
-            solver = SharedSolver(problem, progress=False)
+            solver = SharedSolver(problem, progress=False, nested=False)
         else:
             solver = ContactSolver(problem, correction, progress=False)
         self.tolerance, self.slip_rate, self.ranks = tolerance, slip_rate, solver.ranks

@@ -82,11 +82,13 @@ class SharedSolver:
     problem : SharedProblem
     progress : bool
         Show a bar on rank 0.
+    nested : bool
+        Take first guesses from coarser meshes; for the rough loads of time steps they are no good.
     """
 
     name = "multigrid"
 
-    def __init__(self, problem: SharedProblem, progress: bool = True):
+    def __init__(self, problem: SharedProblem, progress: bool = True, nested: bool = True):
         began = perf_counter()
         self.problem, self.exchange = problem, problem.exchanges[0]
         self.ranks, self.correction = self.exchange, SimpleNamespace(name=self.name, solve=self.solve_step)
@@ -103,7 +105,8 @@ class SharedSolver:
         self.projectors = np.eye(d) * (1.0 - self.fixed)[:, :, None]
         held = np.flatnonzero(self.fixed.any(axis=1))
         self.cycle.truncate(held, self.projectors[held])
-        self.first_guess = FirstGuess(problem, finest, SharedSolver) if problem.prolongations else None
+        nested = nested and bool(problem.prolongations)
+        self.first_guess = FirstGuess(problem, finest, SharedSolver) if nested else None
         n = problem.contact_nodes.size
         self.follow, self.support, self._supports = np.zeros((n, d)), np.zeros((n, d, d)), False
         self.status: np.ndarray | None = None
