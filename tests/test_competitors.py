@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from competitors import ORDERINGS, penalty, snes, tao
+from competitors import ORDERINGS, snes, tao
 from petsc4py import PETSc
+from weak_contact import Pressed, latent_variable, nitsche, penalty
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, Plane, half_cylinder_nested
+from geometry import Body, Plane, box, half_cylinder_nested
 from model import solve
 from model.results.body_on_road import BodyOnRoad
 
@@ -60,17 +61,45 @@ def test_what_does_not_converge_says_so(pressed, start):
         tao(pressed.problem, "bqpip", "mumps", start)
 
 
-def test_penalty_tends_to_the_exact_answer_but_penetrates(pressed, start, ours):
+@pytest.fixture(scope="module")
+def weakly(pressed):
     body, elasticity = pressed.elasticity.body, pressed.elasticity
     load = elasticity.total_force("top", (0.0, -1e4))
-    held = np.array([2 * body.nearest_node((0.0, 10.0))])
+    return Pressed(elasticity, load, "arc", np.array([2 * body.nearest_node((0.0, 10.0))]))
+
+
+def depth(weakly, u):
+    body = weakly.elasticity.body
+    return -(body.coordinates + u)[body.nodes(weakly.boundary), -1].min()
+
+
+def test_penalty_tends_to_the_exact_answer_but_penetrates(weakly, start, ours):
     errors, depths = [], []
     for stiffness in (1e6, 1e7):
-        u = penalty(elasticity, load, "arc", stiffness, held, start).displacement
+        u = penalty(weakly, stiffness, start).displacement
         errors.append(np.abs(u - ours).max())
-        depths.append(-(body.coordinates + u)[body.nodes("arc"), 1].min())
+        depths.append(depth(weakly, u))
     assert errors[1] < errors[0]
     assert depths[0] / depths[1] == pytest.approx(10.0, rel=0.1)
+
+
+def test_weak_forms_of_contact_find_nearly_the_same_displacement(weakly, start, ours):
+    for answer in (nitsche(weakly, 1e8, start), latent_variable(weakly, 1e-4)[0]):
+        assert np.abs(answer.displacement - ours).max() < 5e-3 * np.abs(ours).max()
+
+
+def test_the_latent_variable_method_takes_the_steps_that_were_published():
+    """A unit cube pressed by 0.25 on a plane, 16 x 7 x 5 hexahedra: 2 proximal and 6 Newton steps."""
+    elasticity = Elasticity(Body.from_grid(box(1.0, 1.0, 1.0, 16, 7, 5)), Isotropic(2e4, 0.3))
+    body = elasticity.body
+    top, nothing = body.nodes("top"), np.zeros_like(body.coordinates)
+    fixed, values = (3 * top[:, None] + np.arange(3)).ravel(), np.tile([0.0, 0.0, -0.25], len(top))
+    weakly = Pressed(elasticity, nothing, "bottom", fixed, values)
+    answer, rounds = latent_variable(weakly, 0.005)
+    assert (rounds, answer.steps) == (2, 6)
+    system = elasticity.system(nothing, Support(body).fix("top", x=0.0, y=0.0, z=-0.25))
+    exact = solve(BodyOnRoad(system, "bottom", Plane((0, 0, 0), (0, 0, 1))).problem, tolerance=1e-10)
+    assert np.abs(answer.displacement - exact.displacement).max() < 1e-6
 
 
 def test_another_road_or_solver_is_refused(pressed):

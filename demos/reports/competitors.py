@@ -1,6 +1,6 @@
-"""What else solves a frictionless problem with bounds: PETSc's SNES and TAO, and a penalty form in UFL.
+"""What else solves a frictionless problem with bounds: PETSc's SNES and TAO.
 
-SNES and TAO take the matrices of a `model.ContactProblem` whose road's normal is the last axis, start from the same first
+They take the matrices of a `model.ContactProblem` whose road's normal is the last axis, start from the same first
 guess, stop by the same residual, run on one core, and use MUMPS with the ordering that is asked for.
 """
 
@@ -10,14 +10,10 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse as sparse
-from scipy.sparse.linalg import splu
 
 from geometry import compat  # noqa: F401  # comes before petsc4py
 
 from petsc4py import PETSc  # isort: skip
-import ufl  # isort: skip
-from dolfinx import fem  # isort: skip
 
 ORDERINGS = {"AMD": 0, "AMF": 2, "Scotch": 3, "PORD": 4, "METIS": 5, "QAMD": 6}  # MUMPS's ICNTL(7)
 PREFIX = "competitor_"
@@ -127,62 +123,6 @@ def tao(
     else:
         solver.solve()
     return _answer(f"TAO {kind} {linear}".strip(), solver, u, problem.dim, began)
-
-
-def penalty(
-    elasticity: Any,
-    load: np.ndarray,
-    boundary: str,
-    stiffness: float,
-    fixed: np.ndarray,
-    start: np.ndarray,
-) -> Answer:
-    """Solve a frictionless problem on the road y = 0 with a penalty form and Newton's method.
-
-    Find u with a(u, v) - integral of stiffness <-g(u)>_+ v_y ds = load(v), g = y + u_y (Kikuchi and Oden,
-    Contact Problems in Elasticity, 1988, chapter 6).
-
-    Parameters
-    ----------
-    elasticity : of the body
-    load : (N, dim)
-    boundary : may touch
-    stiffness : of the penalty, force per volume (MPa/mm)
-    fixed : (k,) unknowns held at zero
-    start : (N, dim) first guess
-
-    Raises
-    ------
-    RuntimeError
-        if Newton's method does not converge in 100 steps
-    """
-    body = elasticity.body
-    began = perf_counter()
-    K = elasticity.stiffness().tocsr()
-    u = fem.Function(elasticity.V)
-    u.x.array[:] = start.ravel()
-    v, w = ufl.TestFunction(elasticity.V), ufl.TrialFunction(elasticity.V)
-    gap = ufl.SpatialCoordinate(body.mesh)[body.dim - 1] + u[body.dim - 1]
-    kappa = fem.Constant(body.mesh, float(stiffness))
-    ds = ufl.Measure("ds", body.mesh, subdomain_data=body.facet_tags, metadata={"quadrature_degree": 3})
-    ds = ds(body.names[boundary])
-    force = fem.form(-kappa * ufl.max_value(-gap, 0.0) * v[body.dim - 1] * ds)
-    tangent = fem.form(
-        kappa * ufl.conditional(ufl.lt(gap, 0.0), 1.0, 0.0) * w[body.dim - 1] * v[body.dim - 1] * ds
-    )
-    keep = np.setdiff1d(np.arange(K.shape[0]), fixed)
-    scale = np.linalg.norm(load)
-    for step in range(1, 101):
-        r = load.ravel() - K @ u.x.array - fem.assemble_vector(force).array
-        if np.linalg.norm(r[keep]) < 1e-9 * scale:
-            return Answer(u.x.array.reshape(load.shape).copy(), perf_counter() - began, step - 1)
-        T = fem.assemble_matrix(tangent)
-        T.scatter_reverse()
-        J = sparse.csc_array(K + sparse.csr_array(T.to_scipy()))[keep][:, keep]
-        u.x.array[keep] += splu(sparse.csc_array(J), permc_spec="MMD_AT_PLUS_A").solve(r[keep])
-    raise RuntimeError(
-        f"Newton's method on the penalty form with stiffness {stiffness:g} did not converge in 100 steps."
-    )
 
 
 def _in_petsc(problem: Any, start: np.ndarray | None) -> tuple[Any, Any, Any, tuple[Any, Any]]:
