@@ -128,6 +128,8 @@ class Hyperelasticity(Elasticity):
         if support is not None and (support.springs.any() or support.dashpots.any()):
             raise ValueError("Springs and dashpots to the ground are there for linear strain only.")
         self._check_rims(system)
+        if system.turning is not None:
+            raise ValueError("Platens tilt by small angles, for linear strain only; leave tilt out.")
         system.elastic = self
         return system
 

@@ -10,6 +10,7 @@ import scipy.sparse as sparse
 
 from forms.sharing import agreed, share, take_levels
 from forms.system import System, check_load, constrained
+from forms.tilting import Angle, Tilting, prescribed_angles, tilting
 from geometry import Body
 from geometry.body import narrow
 
@@ -39,6 +40,7 @@ class Support:
         self.value = np.full(body.coordinates.shape, np.nan)
         self.moving: list[tuple[np.ndarray, int, Callable[[float], float], str]] = []
         self.platens: list[np.ndarray] = []
+        self.tilting: list[Tilting] = []
         self.springs = np.zeros(body.coordinates.shape)
         self.dashpots = np.zeros(body.coordinates.shape)
         self.ends: list[tuple[np.ndarray, End]] = []
@@ -61,14 +63,40 @@ class Support:
             raise ValueError(f"There is no node {index}; the body's nodes are 0 to {len(self.value) - 1}.")
         return self._prescribe(np.array([index])[: index + 1], (x, y, z), f"of node {index}")
 
-    def platen(self, name: str | Sequence[str]) -> Support:
-        """Tie the nodes of a boundary, or of several, into one: it translates, it does not tilt."""
+    def platen(self, name: str | Sequence[str], tilt: Angle | Sequence[Angle] = False) -> Support:
+        """Tie the nodes of a boundary, or of several, to each other, as a rigid plate does.
+
+        Parameters
+        ----------
+        name : of the boundary, or of several
+        tilt : by default it translates and does not tilt. True: it tilts as forces will, by small angles. A
+            number, or a function of the time (or load parameter): the angle in radians, anticlockwise. In
+            space three of these, about the axes x, y and z. What `fix` then prescribes of the whole platen
+            is the displacement of its centre, the mean of its nodes.
+
+        Examples
+        --------
+        >>> from forms import Elasticity, Isotropic
+        >>> from geometry import Body, Plane, rectangle
+        >>> from model import BodyOnRoad, solve
+        >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4)), Isotropic(E=1e3, nu=0.0))
+        >>> support = Support(elasticity.body).platen("top", tilt=lambda t: 1e-3 * t).fix("top", x=0.0, y=0.0)
+        >>> system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+        >>> contact = BodyOnRoad(system, "left", Plane((-10.0, 0.0), (1.0, 0.0)))
+        >>> turned = contact.displacement(solve(contact, time=1.0))[elasticity.body.nodes("top"), 1]
+        >>> turned.round(9).tolist()[0] + 0.001 < 1e-12
+        True
+        """
         nodes = self.body.nodes(name)
         for other in self.platens:
             if np.intersect1d(nodes, other).size:
                 raise ValueError(
                     f"The boundary {name!r} shares nodes with another platen; make them one boundary."
                 )
+        if tilt is not False:
+            if self.body.shared is not None:
+                raise ValueError("Platens that tilt are not shared among ranks yet; run on one rank.")
+            self.tilting.append(tilting(str(name), nodes, self.body.coordinates[nodes], tilt))
         self.platens.append(nodes)
         return self
 
@@ -151,17 +179,21 @@ class Support:
         if shared is None:
             sharing = None
             node_of, chosen = _collapse(len(self.value), self.platens)
-            R = len(chosen)
+            R = len(chosen) + len(self.tilting)
         else:
             sharing, levels = share(shared, matrices, self.platens)
             node_of, R = sharing.node_of, len(sharing.ids)
         given, moving, ends = self.value.copy(), list(self.moving), list(self.ends)
+        tilts = list(self.tilting)
 
         def values(time: float | None) -> np.ndarray:
             value = given.copy()
             for nodes, component, motion, where in moving:
                 value[nodes, component] = _finite(motion(0.0 if time is None else time), where)
-            value = _of_system(value, node_of, R)
+            whole, value = value, _of_system(value, node_of, R)
+            for number, platen in enumerate(tilts, start=R - len(tilts)):
+                _require_whole(whole[platen.nodes], platen.name)
+                value[number] = prescribed_angles(platen, 0.0 if time is None else time)
             return value if sharing is None else agreed(value, sharing)
 
         def loads(time: float | None) -> np.ndarray:
@@ -172,13 +204,14 @@ class Support:
 
         fixed = ~np.isnan(values(None))
         system = constrained(
-            self.body.space, A, loads, fixed, values, node_of, mass, damping, sharing=sharing
+            self.body.space, A, loads, fixed, values, node_of, mass, damping, sharing=sharing, tilts=tilts
         )
-        system.varies = bool(moving or ends) or callable(load)
+        turning = any(callable(angle) for platen in tilts for angle in platen.angles)
+        system.varies = bool(moving or ends) or callable(load) or turning
         system.body, system.stress = self.body, stress
-        if sharing is None:
+        if sharing is None and not tilts:
             system.prolongations = self._prolongations(chosen)
-        else:
+        elif sharing is not None:
             take_levels(system, levels)
         return system
 
@@ -266,6 +299,16 @@ def _with_diagonal(A: sparse.bsr_array, values: np.ndarray) -> sparse.bsr_array:
     if not values.any():
         return A
     return sparse.bsr_array(A + sparse.diags_array(values.ravel()), blocksize=(values.shape[1],) * 2)
+
+
+def _require_whole(value: np.ndarray, name: str) -> None:
+    """Refuse displacements (k, dim) that are prescribed at some nodes of a platen that tilts."""
+    given = ~np.isnan(value)
+    if (given.any(axis=0) & ~given.all(axis=0)).any():
+        raise ValueError(
+            f"Some nodes of the platen {name}, which tilts, are prescribed by another boundary; prescribe "
+            "the whole platen, which is its centre, or leave its nodes out of that boundary."
+        )
 
 
 def _finite(value: float, where: str) -> float:

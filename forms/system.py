@@ -26,6 +26,7 @@ from forms.assembly import (
     vector,
 )
 from forms.sharing import Sharing
+from forms.tilting import Tilting, spreading
 from forms.transfer import nested_prolongations
 
 FACET_DEGREE = 3
@@ -65,6 +66,8 @@ class System:
         the numbers of the nodes that all ranks agree on. Nodes of the system are then those that this rank
         owns, followed by those that it holds a copy of, whose rows are empty.
     sharing : how many ranks share the nodes, or None
+    turning : (R,) of the nodes that hold the small angles of platens that tilt, the length by which these are
+        multiplied, 0 at others; None where no platen tilts. The first component in the plane, in space all.
     axisymmetric : whether areas are those of a body of revolution, x being the distance from its axis
 
     Examples
@@ -96,6 +99,8 @@ class System:
     exchanges: Sequence[Any] = ()
     ids: Sequence[np.ndarray] = ()
     sharing: Sharing | None = None
+    turning: np.ndarray | None = None
+    _spread: sparse.bsr_array | None = field(default=None, repr=False)
     _loads: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _values: Callable[[float | None], np.ndarray] = field(default=lambda t: np.zeros(0), repr=False)
     _eliminated: dict[str, Eliminated] = field(default_factory=dict, repr=False)
@@ -121,6 +126,8 @@ class System:
 
     def expand(self, u: np.ndarray) -> np.ndarray:
         """Return displacements (N, dim) of the space's nodes from those of the system (R, dim)."""
+        if self._spread is not None:
+            return np.asarray((self._spread @ np.ravel(u)).reshape(len(self.node_of), -1))
         return np.asarray(u)[self.node_of]
 
     def whole(self, u: np.ndarray) -> np.ndarray:
@@ -131,6 +138,8 @@ class System:
         """Return forces (R, dim) on the system from forces (N, dim) on the space; a platen has their sum."""
         if self.sharing is not None:
             return self.sharing.reduce(load)
+        if self._spread is not None:
+            return np.asarray((self._spread.T @ np.ravel(load)).reshape(self.fixed.shape))
         return _summed(load, self.node_of, len(self.coordinates))
 
     def prescribed_at(self, time: float | None = None) -> np.ndarray:
@@ -408,6 +417,7 @@ def constrained(
     mass: sparse.bsr_array | None = None,
     damping: sparse.bsr_array | None = None,
     sharing: Sharing | None = None,
+    tilts: Sequence[Tilting] = (),
 ) -> System:
     """Apply supports to assembled matrices, all in the same way.
 
@@ -420,6 +430,7 @@ def constrained(
     values : of the time, prescribed displacements (R, dim)
     node_of : (N,) node of the system that each node of the space becomes; default the node itself
     sharing : how many ranks share the nodes
+    tilts : platens that tilt; the last nodes of the system are theirs
     """
     dim = fixed.shape[1]
     if node_of is None:
@@ -436,7 +447,12 @@ def constrained(
         coordinates = sharing.spread(sharing.reduce(points)) / np.maximum(counts, 1.0)
         points = np.concatenate([points, coordinates[places[N:]]])
     elif tied.any():
-        coordinates = _summed(points, node_of, R) / np.bincount(node_of, minlength=R)[:, None]
+        counts = np.maximum(np.bincount(node_of, minlength=R), 1)[:, None]
+        coordinates = _summed(points, node_of, R) / counts
+    spread, turning = (spreading(node_of, tilts), np.zeros(R)) if tilts else (None, None)
+    for number, platen in enumerate(tilts, start=R - len(tilts)):
+        coordinates[number] = coordinates[node_of[platen.nodes[0]]]
+        turning[number] = platen.size  # type: ignore[index]
     centre = _mean(points[own], sharing)
     motions = _rigid_motions(points - centre)
     eliminated, rows, rigid = {}, {}, {}
@@ -446,6 +462,8 @@ def constrained(
             rows[name], rigid[name] = _block_rows(matrix, held), matrix @ motions
             if sharing is not None:
                 matrix = sharing.matrix(matrix)
+            elif spread is not None:
+                matrix = _on_platens(matrix, spread, fixed)
             elif tied.any():
                 matrix = _renumber(matrix, node_of, R)
             eliminated[name] = _eliminate(matrix, fixed)
@@ -471,6 +489,8 @@ def constrained(
         eliminated["M"].A if mass is not None else None,
         eliminated["C"].A if damping is not None else None,
         sharing=sharing,
+        turning=turning,
+        _spread=spread,
         _loads=loads,
         _values=values,
         _eliminated=eliminated,
@@ -569,6 +589,16 @@ def check_load(load: Any, shape: tuple[int, int]) -> np.ndarray:
     if not np.isfinite(force).all():
         raise ValueError("The load has entries that are not finite numbers.")
     return force
+
+
+def _on_platens(matrix: sparse.bsr_array, spread: sparse.bsr_array, fixed: np.ndarray) -> sparse.bsr_array:
+    """The matrix of a system with platens that tilt; unknowns without a motion get a diagonal."""
+    dim = fixed.shape[1]
+    reduced = sparse.csr_array(spread.T @ matrix @ spread)
+    bare = np.where((reduced.diagonal() == 0.0) & fixed.ravel(), float(matrix.diagonal().mean()), 0.0)
+    reduced = sparse.bsr_array(reduced + sparse.diags_array(bare), blocksize=(dim, dim))
+    reduced.sort_indices()
+    return reduced
 
 
 def _summed(values: np.ndarray, node_of: np.ndarray, R: int) -> np.ndarray:

@@ -194,6 +194,8 @@ class MovingBody:
 
     @classmethod
     def _of(cls, system: Any, nodes: np.ndarray, road: Any, friction: Any, limits: Any) -> "MovingBody":
+        if system.turning is not None:
+            raise ValueError("A platen that tilts is there for bodies at rest only; leave its tilt out.")
         if system.M is None:
             raise ValueError("The system has no mass; give forms.assemble(..., mass=m) the form m(u, v).")
         friction = placed(friction, system, nodes, road)

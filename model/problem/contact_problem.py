@@ -52,6 +52,9 @@ class ContactProblem:
         Take negative gaps for a body drawn into the road, as in a press fit, that is to be pushed out of it.
     tangential_reference : (n, d), optional
         Displacement at which a node sticks; only its tangential part counts. Default zero.
+    turning : (N,), optional
+        Of nodes that hold small angles of a rigid part, in the plane as their first component, the length by
+        which these are multiplied; 0 at others. Tells which motions are rigid.
     prolongations : sequence of sparse, optional
         Nested meshes, finest first: prolongations[0] is (N, N_1), [1] is (N_1, N_2). Needed by geometric
         multigrid only.
@@ -91,6 +94,7 @@ class ContactProblem:
     tangential_reference: np.ndarray | None = None
     prolongations: Any = ()
     interference: bool = False
+    turning: np.ndarray | None = None
     dim: int = field(init=False)
 
     def __post_init__(self) -> None:

@@ -17,10 +17,13 @@ LANDINGS = 100  # nodes that may arrive one after the other; the solver goes on 
 SEEN = 1e-10  # of the largest work on any mode: a mode on which unit forces do less is not resisted
 
 
-def rigid_motions(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:
+def rigid_motions(
+    coordinates: np.ndarray, ranks: Any = ONE_RANK, turning: np.ndarray | None = None
+) -> np.ndarray:
     """Translations and small rotations about the centre, scaled to the body's size.
 
-    (N, d, 3) in 2-D, (N, d, 6) in 3-D.
+    (N, d, 3) in 2-D, (N, d, 6) in 3-D. Nodes that are angles times a length `turning` (N,) > 0 do not
+    translate.
     """
     N, d = coordinates.shape
     x = centred(coordinates, ranks)
@@ -31,6 +34,11 @@ def rigid_motions(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:
     for k, (a, b) in enumerate(pairs):
         motions[:, a, d + k] = -x[:, b]
         motions[:, b, d + k] = x[:, a]
+    if turning is not None and turning.any():
+        size = np.abs(coordinates - coordinates.mean(axis=0)).max()
+        motions[turning > 0] = 0.0
+        for k in range(len(pairs)):
+            motions[:, (k + 2) % 3 if d == 3 else 0, d + k] += turning / size
     return motions
 
 
@@ -58,13 +66,15 @@ def parts(A: bsr_array, chosen: np.ndarray) -> np.ndarray:
     return label
 
 
-def motions_of_each_body(coordinates: np.ndarray, body: np.ndarray) -> np.ndarray:
+def motions_of_each_body(
+    coordinates: np.ndarray, body: np.ndarray, turning: np.ndarray | None = None
+) -> np.ndarray:
     """Rigid motions of every body by itself, as columns (N d, 3 or 6 a body)."""
     N, d = coordinates.shape
     columns = [np.zeros((N * d, 0))]
     for here in _each(body):
         motions = np.zeros((N, d, 3 * d - 3))
-        motions[here] = rigid_motions(coordinates[here])
+        motions[here] = rigid_motions(coordinates[here], turning=None if turning is None else turning[here])
         columns.append(motions.reshape(N * d, -1))
     return np.hstack(columns)
 
@@ -74,13 +84,15 @@ def _each(body: np.ndarray) -> list[np.ndarray]:
     return [body == number for number in np.unique(body[body >= 0])]
 
 
-def unheld_motions(A: bsr_array, coordinates: np.ndarray, body: np.ndarray) -> np.ndarray:
+def unheld_motions(
+    A: bsr_array, coordinates: np.ndarray, body: np.ndarray, turning: np.ndarray | None = None
+) -> np.ndarray:
     """Rigid motions of the bodies (N,) that cost no energy in A, columns (N d, m) with m <= 3 or 6 a body.
 
     A motion counts as free where its energy is below 1e-13 of what it would cost if every node moved alone:
     above rounding, and below any real support, which resists at least at one node.
     """
-    motions = motions_of_each_body(coordinates, body)
+    motions = motions_of_each_body(coordinates, body, turning)
     energy = motions.T @ (A @ motions)
     scale = motions.T @ (A.diagonal()[:, None] * motions)
     lower = np.linalg.cholesky(scale + 1e-300 * np.eye(scale.shape[0]))
@@ -103,6 +115,8 @@ class RigidModes:
     coordinates : (N, d)
     nodes : (n,)
         Candidates.
+    turning : (N,), optional
+        As for `ContactProblem`.
 
     Attributes
     ----------
@@ -110,9 +124,12 @@ class RigidModes:
         Orthonormal.
     """
 
-    def __init__(self, A: bsr_array, coordinates: np.ndarray, nodes: np.ndarray):
+    def __init__(
+        self, A: bsr_array, coordinates: np.ndarray, nodes: np.ndarray, turning: np.ndarray | None = None
+    ):
         self.coordinates, self.nodes, self._body = coordinates, nodes, bodies(A)
-        self.modes = np.linalg.qr(unheld_motions(A, coordinates, self._body))[0]
+        self.turning = turning
+        self.modes = np.linalg.qr(unheld_motions(A, coordinates, self._body, turning))[0]
         self.count = self.modes.shape[1]
 
     def at(self, nodes: np.ndarray) -> np.ndarray:
@@ -211,6 +228,7 @@ class RigidModes:
         motion = (self.modes @ amplitudes).reshape(self.coordinates.shape)
         size = np.linalg.norm(motion, axis=1)
         here = self._body == self._body[np.argmax(size)]
+        here &= np.ones(len(here), dtype=bool) if self.turning is None else self.turning == 0.0
         x, v = self.coordinates[here], motion[here]
         centre, mean = x.mean(axis=0), v.mean(axis=0)
         d = x.shape[1]

@@ -106,7 +106,10 @@ class BodyOnRoad:
         self.problem: Any
         if exchange is None:
             self.problem = ContactProblem(
-                *arrays, prolongations=system.prolongations, interference=interference
+                *arrays,
+                prolongations=system.prolongations,
+                interference=interference,
+                turning=system.turning,
             )
         else:
             self.problem = SharedProblem(

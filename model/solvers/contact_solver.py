@@ -194,7 +194,7 @@ class ContactSolver:
         announce_compilation()
         began = perf_counter()
         self.problem, self.progress = problem, progress
-        self.rigid = RigidModes(problem.A, problem.coordinates, problem.contact_nodes)
+        self.rigid = RigidModes(problem.A, problem.coordinates, problem.contact_nodes, problem.turning)
         A = block_matrix(problem.A)
         self.loop = NodeLoop(A, problem.contact_nodes, problem.normal, problem.friction, order)
         self.correction = self._make(correction)

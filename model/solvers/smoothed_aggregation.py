@@ -29,7 +29,7 @@ def algebraic(A: bsr_array, loop: NodeLoop, rigid: RigidModes) -> Multigrid:
         Of A and the loop's candidates.
     """
     N, d = loop.shape
-    motions = rigid_motions(rigid.coordinates)
+    motions = rigid_motions(rigid.coordinates, turning=rigid.turning)
     motions[loop.uncoupled] = 0.0
     motions = motions.reshape(N * d, -1)
     hierarchy = pyamg.smoothed_aggregation_solver(

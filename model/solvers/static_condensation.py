@@ -113,7 +113,7 @@ class Condensation:
             return NOBODY
         part = parts(A, hard)
         part[~np.isin(part, part[loop.nodes])] = -1
-        motions = motions_of_each_body(self.rigid.coordinates, part)
+        motions = motions_of_each_body(self.rigid.coordinates, part, self.rigid.turning)
         motions[loop.uncoupled.ravel()] = 0.0
         return determinate_unknowns(motions)
 

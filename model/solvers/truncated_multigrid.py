@@ -331,7 +331,7 @@ class Multigrid:
     def _direct(self) -> Condensation:
         """Factorise the matrix, once, with a unit diagonal where truncation left nothing."""
         if self._condensed is None:
-            self._condensed = condensation(self.loop, self.rigid.coordinates)
+            self._condensed = condensation(self.loop, self.rigid.coordinates, self.rigid.turning)
         return self._condensed
 
     def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int) -> bool:
@@ -592,12 +592,12 @@ class CoarserMesh:
         place_on_road(fine, u, status)
 
 
-def condensation(loop: NodeLoop, coordinates: np.ndarray) -> Condensation:
+def condensation(loop: NodeLoop, coordinates: np.ndarray, turning: np.ndarray | None = None) -> Condensation:
     """The correction `direct` of a loop on a mesh, with a unit diagonal where truncation left nothing."""
     A = bsr(loop.A)
     empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
     A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
-    return Condensation(A, loop, RigidModes(A, coordinates, loop.nodes))
+    return Condensation(A, loop, RigidModes(A, coordinates, loop.nodes, turning))
 
 
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidModes) -> Multigrid:
