@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
-from geometry import Body
+from geometry import Body, compat
 
 import ufl  # isort: skip
 from dolfinx import fem  # isort: skip
@@ -220,30 +220,61 @@ class System:
         function.x.array[:] = self.expand(u).ravel()
         return function
 
-    def candidates(self, facets: Facets) -> tuple[np.ndarray, np.ndarray]:
+    def candidates(
+        self, facets: Facets, height: Callable[[np.ndarray], np.ndarray] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the nodes (n,) of boundary facets, sorted, and the area (n,) that belongs to each.
 
-        Nodes that a platen shares with them move with the platen and are left out.
+        Nodes that a platen shares with them move with the platen and are left out; but where whole facets
+        belong to a platen, it is a rigid foot, and the node of it that is lowest stands for all.
 
         Parameters
         ----------
         facets : indices of facets, as `tags.find(2)` gives them, or the name of a boundary of the body, or
             several names
+        height : of positions (n, dim), how far they are from a plane road, (n,); None where it is no plane,
+            on which one node does not stand for a foot
 
         Raises
         ------
         ValueError
-            if there are none, they are no outer facets, or all their nodes belong to a platen
+            if there are none, they are no outer facets, or a foot tilts or is not above a plane
         """
         indices = self._facet_indices(facets)
         nodes = fem.locate_dofs_topological(self.space, self.mesh.topology.dim - 1, indices)
         nodes = np.unique(nodes).astype(np.int64)
         free = ~self._tied[nodes]
-        if free.size and not free.any():  # none on a rank is no error
+        area = self._areas(indices)
+        if free.all():
+            return nodes, area[nodes]
+        feet = self._feet(indices)
+        if feet and self.turning is not None and self.turning.any():
             raise ValueError(
-                f"All {nodes.size} nodes of the contact boundary are tied by a platen; name another one."
+                "A platen is the contact boundary, and one tilts; how a rigid face presses on a rigid road "
+                "is not determined: give a platen that does not tilt, or a stiff material."
             )
-        return nodes[free], self._areas(indices)[nodes[free]]
+        if feet and height is None:
+            raise ValueError(
+                "A platen is the contact boundary, a rigid foot; it needs a plane as a road, or a moving one "
+                "that does not turn: take another road, or a stiff material instead of the platen."
+            )
+        for facets_of, foot in feet:
+            lowest = foot[np.argmin(height(self.points[foot]))]  # type: ignore[misc]
+            free |= nodes == lowest
+            area[lowest] = self._areas(facets_of)[foot].sum()
+        return nodes[free], area[nodes[free]]
+
+    def _feet(self, indices: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Facets of which all nodes are of one platen, and these nodes, for each such platen."""
+        if self.sharing is not None:
+            return []
+        mesh, number = self.mesh, np.empty(len(self.points), dtype=np.int64)
+        number[compat.geometry_dofmap(mesh)] = self.cells
+        rows = number[dolfinx_mesh.entities_to_geometry(mesh, mesh.topology.dim - 1, indices)]
+        platen = self.node_of[rows]
+        whole = self._tied[rows].all(axis=1) & (platen == platen[:, :1]).all(axis=1)
+        each = [whole & (platen[:, 0] == one) for one in np.unique(platen[whole])]
+        return [(indices[here], np.unique(rows[here])) for here in each]
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """Return the gradient du_i / dx_j (cells, dim, dim) in the middle of each cell, of u (N, dim)."""

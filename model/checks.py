@@ -47,6 +47,15 @@ def is_road(road: Any) -> None:
         )
 
 
+def height_over(road: Any) -> Any:
+    """How far positions (n, d) are from a plane that does not turn, (n,), as a function; else None."""
+    moves = hasattr(road, "at")
+    ground = road.road if moves and getattr(road, "turn", True) is None else road
+    if not getattr(ground, "flat", False):
+        return None
+    return lambda points: ground.closest(points)[0]
+
+
 def tangential_load(Q: float, limit: float) -> None:
     """Refuse a tangential force that friction cannot hold: 0 <= Q <= mu P is what it takes.
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, Support
-from geometry import Body, Plane, box, rectangle
-from model import BodyOnRoad, MovingBody, follow, solve
+from geometry import Body, MovingRoad, Plane, RoundRoad, box, rectangle
+from model import BodyOnRoad, MassRedistribution, MovingBody, follow, solve
 
 E = 1e3
 
@@ -118,3 +118,81 @@ def test_tilts_that_make_no_sense_are_refused():
     rubber = Hyperelasticity(flat.body, NeoHookean(E=E, nu=0.3))
     with pytest.raises(ValueError, match="for linear strain only"):
         rubber.system(np.zeros_like(flat.body.coordinates), Support(flat.body).platen("top", tilt=True))
+
+
+def on_feet(dim, n=2):
+    """A block on two feet at the ends of its bottom."""
+    elasticity = block(dim, n) if dim == 3 else block(dim, 4)
+    body = elasticity.body
+    body.mark("left foot", lambda x: (x[dim - 1] < 1e-9) & (x[0] < 0.51))
+    body.mark("right foot", lambda x: (x[dim - 1] < 1e-9) & (x[0] > 1.49))
+    return elasticity
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_rigid_feet_bear_the_weight_by_the_lever(dim):
+    elasticity = on_feet(dim)
+    body = elasticity.body
+    support = Support(body).platen("left foot").platen("right foot")
+    load = elasticity.total_force("right", (0.0,) * (dim - 1) + (-4.0,))
+    load += elasticity.body_force((0.0,) * (dim - 1) + (-1.0,))
+    contact = BodyOnRoad(elasticity.system(load, support), ["left foot", "right foot"], Plane(), friction=0.5)
+    assert contact.nodes.size == 2
+    solution = solve(contact)
+    sheet = contact.reactions(solution)
+    assert solution.pressure_force.sum() == pytest.approx(-load[:, -1].sum())
+    assert sheet.remainder < 1e-9
+    width = 1.0 if dim == 2 else 1.5
+    assert contact.area == pytest.approx(0.5 * width, rel=0.35)
+    assert contact.pressure(solution) == pytest.approx(solution.pressure_force / contact.area)
+    u = contact.displacement(solution)
+    for foot in ("left foot", "right foot"):
+        assert (
+            np.ptp(u[body.nodes(foot)], axis=0).max() < 1e-15 and abs(u[body.nodes(foot), -1]).max() < 1e-15
+        )
+
+
+def test_a_foot_on_a_slope_touches_with_its_lower_end_and_sticks_up_to_mu():
+    """Incline: it holds while tan(theta) < mu, to 1e-6, the force being the whole weight's."""
+    mu, weight = 0.3, 2.0
+    for slope, holds in ((mu * (1 - 1e-6), True), (mu * (1 + 1e-6), False)):
+        elasticity = on_feet(2)
+        body = elasticity.body
+        support = Support(body).platen("bottom")
+        system = elasticity.system(elasticity.body_force((0.0, -weight / 2)), support)
+        contact = BodyOnRoad(system, "bottom", Plane((2.0, 0.0), (-slope, 1.0)), friction=mu)
+        assert contact.points[0] == pytest.approx([2.0, 0.0])
+        if holds:
+            solution = solve(contact)
+            assert solution.contact_force.sum(axis=0) == pytest.approx([0.0, weight], abs=1e-9)
+        else:
+            with pytest.raises(ValueError, match="drives the body into a translation"):
+                solve(contact)
+
+
+def test_a_rigid_foot_slides_as_far_as_friction_lets_it():
+    """v^2 / (2 mu g)."""
+    mu, g, v = 0.4, 10.0, 1.0
+    elasticity = on_feet(2)
+    support = Support(elasticity.body).platen("bottom")
+    weight = elasticity.body_force((0.0, -g))
+    system = elasticity.system(weight, support, density=1.0, damping=(0.0, 1e-2))
+    contact = BodyOnRoad(system, "bottom", Plane(), friction=mu)
+    scheme = MassRedistribution(MovingBody.from_contact(contact), 2e-3)
+    thrown = np.tile([v, 0.0], (len(system.coordinates), 1))
+    state = scheme.run(scheme.start(solve(contact).displacement, thrown), 250)
+    foot = contact.problem.contact_nodes[0]
+    assert np.abs(state.velocity[foot]).max() == 0.0 and state.count == 1
+    assert state.displacement[foot, 0] == pytest.approx(v**2 / (2 * mu * g), rel=0.04)
+
+
+def test_feet_that_cannot_be_solved_say_why():
+    elasticity = on_feet(2)
+    zero = elasticity.body_force((0.0, -1.0))
+    system = elasticity.system(zero, Support(elasticity.body).platen("bottom", tilt=True))
+    with pytest.raises(ValueError, match="rigid face presses on a rigid road is not determined"):
+        BodyOnRoad(system, "bottom", Plane())
+    system = elasticity.system(zero, Support(elasticity.body).platen("bottom"))
+    for road in (RoundRoad((1.0, 0.0), (0.0, 1.0), 9.0), MovingRoad(Plane(), turn=lambda t: t)):
+        with pytest.raises(ValueError, match="a rigid foot; it needs a plane as a road"):
+            BodyOnRoad(system, "bottom", road)

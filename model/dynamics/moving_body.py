@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array, issparse
 
-from model.checks import is_road
+from model.checks import height_over, is_road
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_laws import as_law
 from model.node_loop.node_loop import uncoupled_unknowns
@@ -63,6 +63,9 @@ class MovingBody:
     exchanges, ids : sequences, optional
         Where many ranks share the body, as for `SharedProblem`: N are then the nodes held here, the owned
         ones first, rows of the others are empty, and the n candidates are owned.
+    points : (n, d), optional
+        Positions of the nodes that may touch, at zero displacement; default their coordinates. For a rigid
+        foot, which is one node, that of its lowest point.
 
     Raises
     ------
@@ -97,6 +100,7 @@ class MovingBody:
     limits: Any = None
     exchanges: Any = ()
     ids: Any = ()
+    points: np.ndarray | None = None
     dim: int = field(init=False)
     finite_strain = False  # so that every scheme knows whom it moves
 
@@ -120,7 +124,7 @@ class MovingBody:
         is_road(self.road)
         self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
         self.friction = as_law(self.friction)
-        self._at_rest = self.coordinates[self.contact_nodes]
+        self._at_rest = self.coordinates[self.contact_nodes] if self.points is None else self.points
         self._K, self._C = block_matrix(self.K), None if self.C is None else block_matrix(self.C)
         self._defect = defect(self.dim)
         force = self.load_at(0.0)
@@ -190,7 +194,7 @@ class MovingBody:
         """
         system = elasticity.system(load, support, density, damping)
         limits = LinearLimits(system.shape_gradients, system.cells)
-        return cls._of(system, system.candidates(boundary)[0], road, friction, limits)
+        return cls._of(system, system.candidates(boundary, height_over(road))[0], road, friction, limits)
 
     @classmethod
     def _of(cls, system: Any, nodes: np.ndarray, road: Any, friction: Any, limits: Any) -> "MovingBody":
@@ -201,7 +205,7 @@ class MovingBody:
         friction = placed(friction, system, nodes, road)
         shared = len(system.exchanges) > 0
         tied = shared or len(system.node_of) > len(system.coordinates)
-        nodes = system.node_of[nodes]
+        points, nodes = system.points[nodes], system.node_of[nodes]
         return cls(
             system.M,
             system.A,
@@ -218,6 +222,7 @@ class MovingBody:
             limits,
             system.exchanges,
             system.ids,
+            None if shared else points,
         )
 
     @property

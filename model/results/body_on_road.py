@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from model.checks import is_road
+from model.checks import height_over, is_road
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
 from model.problem.varying_friction import placed
@@ -30,7 +30,8 @@ class BodyOnRoad:
         What `forms.assemble` makes of the user's own forms, or `forms.Elasticity.system` of ready-made ones.
     facets : array of int, str or sequence of str
         Boundary facets that may touch: their indices (`tags.find(2)`), or the names of boundaries of a
-        `geometry.Body`. Nodes that a platen shares with them move with the platen and are left out.
+        `geometry.Body`. Nodes that a platen shares with them move with the platen and are left out; a platen
+        that is part of the boundary itself is a rigid foot, whose lowest node stands for it on a plane.
     road : geometry.Road
         Its `closest` gives gap, normal and nearest point.
     friction : FrictionLaw, float or None
@@ -85,7 +86,7 @@ class BodyOnRoad:
                 "elasticity.system(load, support) returns."
             )
         is_road(road)
-        nodes, area = system.candidates(facets)
+        nodes, area = system.candidates(facets, height_over(road))
         points = system.points[nodes]
         gap, normal, _ = road_at(road).closest(points)
         near = np.full(nodes.size, True) if reach is None else gap <= reach
