@@ -295,3 +295,29 @@ def test_at_the_onset_of_sliding(Q, slides):
     path = list(steps)
     assert max(step.cycles for step in path) <= 16
     assert -path[-1].contact_force[:, 0].sum() == pytest.approx(Q * 0.5e4, rel=1e-7)
+
+
+@pytest.mark.parametrize(("Q", "slides"), [(0.99, False), (0.999, False), (1.001, True)])
+def test_at_the_onset_of_sliding_in_space(Q, slides):
+    """All nodes slip, their friction turned round the patch by what the sphere spreads."""
+    half, mu, F = 0.5, 0.5, 15e3
+    body = Body.from_grid(half_ball(10.0, "half"), 1)
+    elasticity = Elasticity(body, Isotropic(210e3, 0.3))
+    support = Support(body).platen("top").fix("y0", y=0.0)
+    pushes = [
+        elasticity.total_force("top", half * F * np.array([part * mu, 0.0, -1.0]))
+        for part in (0.0, 0.5, 0.9, Q)
+    ]
+    system = elasticity.system(pushes[0], support)
+    problem = BodyOnRoad(system, "sphere", Plane((0, 0, 0), (0, 0, 1)), mu, reach=1.5).problem
+    steps = follow(
+        ContactSolver(problem, "multigrid"), [system.reduce(push) for push in pushes], tolerance=1e-8
+    )
+    if slides:
+        with pytest.raises(ValueError, match=r"translation along \(1, 0, 0\)"):
+            list(steps)
+        return
+    last = list(steps)[-1]
+    assert Status.STICK not in last.status
+    assert last.cycles <= 64
+    assert -last.contact_force[:, 0].sum() == pytest.approx(Q * half * mu * F, rel=1e-7)
