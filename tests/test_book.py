@@ -88,10 +88,12 @@ def test_faults_of_a_site_are_found(parts, tmp_path):
 
 
 def test_benchmarks_name_their_tests(parts):
-    from benchmark_page import asserted
+    from benchmark_page import asserted, named
 
     tests = asserted(HOUSE / "tests")
-    assert tests["node_and_spring"]["min_gap"] == "test_demo_node_and_spring.py, test_quick_demo"
+    assert named("min_gap", tests["node_and_spring"]) == "test_demo_node_and_spring.py, test_quick_demo"
+    assert named("pressure[UFL]", tests["hanging_rod"]) == "test_demo_hanging_rod.py, test_quick_demo"
+    assert named("height", tests["hanging_rod"]) == ""
 
 
 def test_a_failing_cell_is_named(parts, tmp_path, monkeypatch):

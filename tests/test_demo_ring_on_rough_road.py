@@ -12,6 +12,7 @@ def test_quick_ring(quick):
         assert results[f"min_gap[{road}]"] == results[f"min_pressure[{road}]"] == 0.0
         assert results[f"max_coulomb_violation[{road}]"] <= 1e-12
         assert results[f"max_energy_gain[{road}]"] <= 1e-4
+        assert 1 < results[f"steps_per_wave_period[{road}]"] < 10  # missed, as the page of known defects says
         assert results[f"energy_change[{road}]"] < 0.0
         assert results[f"momentum_error[{road}]"] <= 1e-11
         assert abs(results[f"first_touch[{road}]"] - 0.319) < 0.01

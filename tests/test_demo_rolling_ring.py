@@ -16,6 +16,9 @@ def test_quick_lesson(quick):
         abs(results[f"mean_radius_change[{finite}]"]) < 0.005 < 0.2 < results[f"mean_radius_change[{linear}]"]
     )
     assert results[f"max_energy_gain[{finite}]"] < 1e-10
+    for at in (linear, finite):
+        assert results[f"momentum_error[{at}]"] < 1e-9
+    assert results["rolling_speed"] == pytest.approx(1.266, rel=0.01)
     assert results["sliding_to_rolling_time"] == pytest.approx(0.748, rel=0.01)
     for name in ("outlines", "swelling", "sliding_to_rolling"):
         assert (quick.out / f"{name}.png").stat().st_size > 10_000

@@ -7,6 +7,7 @@ DEMO = "section_2_1_own_forms"
 
 def test_quick_demo(quick):
     out, results = quick.out, quick.results
+    assert abs(results["pressure"] / 0.1 - 1) < 1e-10
     assert results["largest_error_of_pressure"] < 1e-10
     assert results["force_balance_error"] < 1e-10
     assert results["min_gap[plane]"] == results["min_gap[hill]"] == 0.0

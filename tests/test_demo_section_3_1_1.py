@@ -14,6 +14,8 @@ def test_quick_demo(quick):
         assert results[f"min_gap[{mu}]"] == results[f"min_pressure[{mu}]"] == 0.0
         assert results[f"force_balance_error[{mu}]"] < 1e-10
         assert results[f"max_coulomb_violation[{mu}]"] < 1e-12
+    assert results["pressure_L2_error[mu=0]"] < 0.05
+    assert abs(results["stick_half_width[mu=0.5]"] / 0.678662 - 1) < 0.05
     assert results["p0[mu=0.5]"] > results["p0[mu=0]"]
     assert results["a[mu=0.5]"] < results["a[mu=0]"]
     assert summary["cost"]["residual"] < 1e-10

@@ -18,6 +18,7 @@ def test_quick_sphere(quick):
     assert all(r["value"] <= 20 for key, r in results.items() if key.startswith("cycles[dofs"))
     assert results["min_gap"]["value"] == 0 and results["min_pressure"]["value"] == 0
     assert results["max_coulomb_violation"]["value"] < 1e-12
+    assert results["force_balance_error"]["value"] < 1e-6
     assert results["tangential_balance_error"]["value"] < 1e-6
     assert cost["residual"] <= 1e-8
 
