@@ -83,6 +83,8 @@ def consistent_acceleration(
 
 def road_rates(body: MovingBody, points: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
     """Velocity and acceleration (n, d) at time 0 of points of the road, by differences of second order."""
+    if not body.road_moves:
+        return np.zeros_like(points), np.zeros_like(points)
     g = [body.carried(points, 0.0, 0.5 * dt * k) for k in range(4)]
     return (4.0 * g[1] - 3.0 * g[0] - g[2]) / dt, (2.0 * g[0] - 5.0 * g[1] + 4.0 * g[2] - g[3]) / (
         0.5 * dt
