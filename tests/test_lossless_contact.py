@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from forms import Hyperelasticity, NeoHookean
-from geometry import Body, Plane, box, ring
+from geometry import Body, LinearRoad, Plane, RoundRoad, SmoothRoad, box, ring
 from model import EnergyMomentum, FiniteBody, History, LosslessContact, march
 
 pytestmark = pytest.mark.filterwarnings("ignore::model.UnresolvedWaves")
 
 
-def ring_above_road(mu=None, height=0.0, around=48, across=4):
+def ring_above_road(mu=None, height=0.0, around=48, across=4, road=None):
     body = Body.from_grid(ring(0.5, 0.2, around, across, lowest=(0.0, height)))
     elastic = Hyperelasticity(body, NeoHookean(E=1000.0, nu=0.3))
     load = elastic.body_force((0.0, -9.81))
-    return FiniteBody.from_forms(elastic, 1.0, load, Plane(), "outer", friction=mu)
+    return FiniteBody.from_forms(elastic, 1.0, load, road or Plane(), "outer", friction=mu)
 
 
 def ridden(scheme, steps, velocity):
@@ -82,3 +82,31 @@ def test_a_block_in_space_bounces():
     assert history["contacts"].max() > 0
     assert history["gain"].max() < 1e-10 * history["kinetic"][0]
     assert history["total"][0] - history["total"][-1] < 1e-10 * history["kinetic"][0]
+
+
+X = np.linspace(-2.0, 4.0, 121)
+WAVES = {
+    "smooth": SmoothRoad(lambda x: 0.02 * np.sin(2 * np.pi * x) - 0.02, X),
+    "linear": LinearRoad(X, 0.02 * np.sin(2 * np.pi * X) - 0.02),
+    "round": RoundRoad(radius=2.0),
+}
+
+
+@pytest.mark.parametrize("kind", WAVES)
+def test_a_ring_runs_over_roads_that_bend(kind):
+    body = ring_above_road(0.5, road=WAVES[kind])
+    scheme = LosslessContact(body, 0.005)
+    state = scheme.start(velocity=rolling(body))
+    history = History(scheme, state)
+    for after in march(scheme, state, 8 if kind == "smooth" else 40, history, progress=False):
+        gap = body.gaps(after.displacement)[0]
+        assert gap.min() > -1e-12 and np.abs(gap[after.status != 0]).max(initial=0.0) < 1e-12
+    kinetic = history["kinetic"][0]
+    assert history["contacts"].max() >= 2
+    assert history["gain"].max() < 1e-10 * kinetic
+    assert np.all(np.diff(history["friction"]) >= -1e-12 * kinetic)
+
+
+def test_refusals():
+    with pytest.raises(ValueError, match="take LosslessContact"):
+        EnergyMomentum(ring_above_road(road=WAVES["smooth"]), 0.01)

@@ -247,7 +247,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
     Raises
     ------
     ValueError
-        If every node may touch, so that no mass is left, or the body is one of linear strain.
+        If every node may touch, so that no mass is left, the body is one of linear strain, or the road bends.
     NotConverged
         From `step`, where halving ends.
 
@@ -267,11 +267,16 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
 
     name = "energy-momentum"
     finite_strain = True
+    bends = False  # whether the road may
 
     def __init__(self, body: FiniteBody, dt: float, halvings: int = HALVINGS, **options: Any):
         if not isinstance(body, FiniteBody):
             raise ValueError(
                 "EnergyMomentum is for finite strain; for linear strain take MassRedistribution."
+            )
+        if not (self.bends or getattr(body.road, "flat", False)):
+            raise ValueError(
+                "On a road that bends the steps of EnergyMomentum would gain energy; take LosslessContact."
             )
         self._given, self._options, self.halvings = body, options, halvings
         super().__init__(body, dt, **options)

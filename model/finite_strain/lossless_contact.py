@@ -8,7 +8,8 @@ where a node touches down; a stress a (C1 - C0), with one small number a for the
 
     a fhat . du (other nodes) = W1 - W0 - f . du (other nodes) - friction . slip.
 
-It has neither sum nor moment. What is left of the energy's change is what friction takes, mu p1 |slip|.
+It has neither sum nor moment. What is left of the energy's change is what friction takes, mu p1 |slip|; on a
+road that bends too, for the normal forces have no part in it.
 
 Source: the reduced energy after Khenous, Laborde and Renard, Eur. J. Mech. A/Solids 27 (2008) 918; a stress
 along C1 - C0 after O. Gonzalez, Comput. Methods Appl. Mech. Engrg. 190 (2000) 1763; that contact can be made
@@ -31,12 +32,14 @@ STILL = 1e-14  # mean square of C1 - C0 that is rounding
 class LosslessContact(EnergyMomentum):
     """The energy-momentum method with contact that takes no energy; parameters as for `EnergyMomentum`.
 
-    For what rolls, or bounces often: there `EnergyMomentum` loses p1 g0 whenever a node touches down. Steps
-    in contact cost a third more, and vibrations that an impact has excited stay. A step for which no such `a`
-    is found is halved, and at last taken as `EnergyMomentum` takes it; its loss is in the ledger.
+    For roads of any shape, and for what rolls, or bounces often: there `EnergyMomentum` loses p1 g0 whenever
+    a node touches down. Steps in contact cost a third more, and vibrations that an impact has excited stay. A
+    step for which no such `a` is found is halved, and at last taken as `EnergyMomentum` takes it; its loss is
+    in the ledger.
     """
 
     name = "energy-momentum, lossless contact"
+    bends = True
 
     def __init__(self, body: FiniteBody, dt: float, **options: Any):
         super().__init__(body, dt, **options)
