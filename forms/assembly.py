@@ -12,7 +12,7 @@ from geometry import compat  # before dolfinx
 
 import basix.ufl  # isort: skip
 import ufl  # isort: skip
-from dolfinx import fem  # isort: skip
+from dolfinx import fem, la  # isort: skip
 from dolfinx import mesh as dolfinx_mesh  # isort: skip
 
 ROUNDING = 1e-10  # of sqrt(a_ii a_jj): quadrature rounds u and v differently, by some 1e-15 a term
@@ -90,11 +90,6 @@ def check_space(V: fem.FunctionSpace) -> None:
     """
     mesh, element = V.mesh, V.ufl_element()
     dim, topology = compat.space_dimension(mesh), mesh.topology
-    if mesh.comm.size > 1:
-        raise ValueError(
-            f"The mesh is spread over {mesh.comm.size} processes, but the node loop runs on one; make the "
-            "mesh with MPI.COMM_SELF, or run without mpirun."
-        )
     if topology.dim != dim:
         raise ValueError(
             f"The mesh has cells of {topology.dim} dimensions in a space of {dim}; bodies need cells of as "
@@ -126,17 +121,34 @@ def check_space(V: fem.FunctionSpace) -> None:
 
 
 def node_positions(V: fem.FunctionSpace) -> np.ndarray:
-    """Return the positions (N, dim) of a space's nodes: the mesh's own, without a rounding error."""
-    positions = np.empty((V.dofmap.index_map.size_local, V.mesh.topology.dim))
+    """Return the positions (N, dim) of a space's nodes: the mesh's own, without a rounding error.
+
+    On many ranks of the nodes of this one, and its ghosts.
+    """
+    nodes = V.dofmap.index_map
+    positions = np.empty((nodes.size_local + nodes.num_ghosts, V.mesh.topology.dim))
     positions[V.dofmap.list] = V.mesh.geometry.x[compat.geometry_dofmap(V.mesh)][:, :, : positions.shape[1]]
     return positions
 
 
 def matrix(form: Any) -> sparse.bsr_array:
     """Assemble a bilinear form; blocked if the space is."""
+    return rows_and_columns(form)[0]
+
+
+def rows_and_columns(form: Any) -> tuple[sparse.bsr_array, np.ndarray, np.ndarray]:
+    """Assemble the rows that this rank owns; return them, and number and rank of the node of each column."""
     A = fem.assemble_matrix(form if isinstance(form, fem.Form) else fem.form(form, dtype=np.float64))
     A.scatter_reverse()
-    return A.to_scipy().copy()
+    return A.to_scipy().copy(), *numbers_and_ranks(A.index_map(1), A.index_map(1).comm)
+
+
+def numbers_and_ranks(nodes: Any, comm: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return number and rank of the nodes of a dolfinx index map, ghosts last."""
+    count = nodes.size_local + nodes.num_ghosts
+    numbers = nodes.local_to_global(np.arange(count, dtype=np.int32))
+    ranks = np.concatenate([np.full(nodes.size_local, comm.rank), nodes.owners])
+    return numbers.astype(np.int64), ranks.astype(np.int64)
 
 
 def vector(form: Any) -> np.ndarray:
@@ -144,7 +156,11 @@ def vector(form: Any) -> np.ndarray:
     if not isinstance(form, fem.Form):
         form = fem.form(form, dtype=np.float64)
     block = form.function_spaces[0].dofmap.index_map_bs
-    return fem.assemble_vector(form).array.reshape(-1, block).copy()
+    b = fem.assemble_vector(form)
+    if form.mesh.comm.size > 1:
+        b.scatter_reverse(la.InsertMode.add)
+        b.scatter_forward()
+    return b.array.reshape(-1, block).copy()
 
 
 def symmetric_matrix(form: Any, name: str) -> sparse.bsr_array:
@@ -155,10 +171,15 @@ def symmetric_matrix(form: Any, name: str) -> sparse.bsr_array:
     ValueError
         if entries are not finite, the form is not symmetric, or has negative diagonal entries
     """
-    A = matrix(form)
+    return symmetric_rows(form, name)[0]
+
+
+def symmetric_rows(form: Any, name: str) -> tuple[sparse.bsr_array, np.ndarray, np.ndarray]:
+    """As `rows_and_columns`, of a form that must be symmetric: among the nodes of this rank."""
+    A, numbers, ranks = rows_and_columns(form)
     A = sparse.bsr_array(A)
-    check_symmetric(A, name)
-    return A
+    check_symmetric(A if A.shape[0] == A.shape[1] else A.tocsr()[:, : A.shape[0]], name)
+    return A, numbers, ranks
 
 
 def check_symmetric(A: Any, name: str) -> None:

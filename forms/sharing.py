@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
+from forms.assembly import numbers_and_ranks
 from geometry.body import narrow
 from geometry.exchange import Exchange
 from geometry.partition import Shared, shared_nodes
@@ -264,3 +265,48 @@ def agreed(values: np.ndarray, sharing: Sharing) -> np.ndarray:
         told = np.isnan(values) & (count > 0.0)
         values = np.where(told, total / np.maximum(count, 1.0), values)
     return sharing.spread(values)
+
+
+def share_space(
+    V: Any, rows: Sequence[tuple[sparse.bsr_array, np.ndarray, np.ndarray]]
+) -> tuple[Sharing, list[sparse.bsr_array]]:
+    """Share out the system of a space on a mesh that dolfinx has distributed; collective.
+
+    Parameters
+    ----------
+    V : dolfinx function space
+    rows : sequence of (matrix, number of each column, rank of each column)
+        As `forms.assembly.rows_and_columns` gives them.
+
+    Returns
+    -------
+    sharing : Sharing
+    matrices : list of sparse (n dim, C dim)
+        Of the n nodes that this rank owns.
+    """
+    mesh, nodes = V.mesh, V.dofmap.index_map
+    numbers, ranks = numbers_and_ranks(nodes, mesh.comm)
+    every = np.concatenate([numbers, *(ids for _, ids, _ in rows)])
+    owners = np.concatenate([ranks, *(owner for _, _, owner in rows)])
+    first = np.sort(np.unique(every, return_index=True)[1])
+    ids, owner = every[first], owners[first]
+    order, dim, matrices = np.argsort(ids), V.dofmap.index_map_bs, []
+    for A, columns, _ in rows:
+        place = order[np.searchsorted(ids, columns, sorter=order)]
+        shape = (A.shape[0], len(ids) * dim)
+        matrices.append(sparse.bsr_array((A.data, place[A.indices], A.indptr), shape=shape))
+    cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local)
+    own = np.arange(len(numbers)) < nodes.size_local
+    return Sharing(mesh.comm, ids, owner, own, cells, matrices, numbers), matrices
+
+
+def of_system(values: np.ndarray, sharing: Sharing | None) -> np.ndarray:
+    """Return values (R, dim) at the nodes of the system, of values (N, dim) at those of the space.
+
+    Of a rank that does not see the boundary on which a ghost lies, those of its owner.
+    """
+    if sharing is None:
+        return values
+    found = np.zeros((len(sharing.ids), *values.shape[1:]), dtype=values.dtype)
+    found[sharing.node_of[: len(values)]] = values
+    return sharing.spread(found)

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 from geometry import Body, compat
+from geometry.partition import shared_of
 
 import ufl  # isort: skip
 from dolfinx import fem  # isort: skip
@@ -22,10 +23,10 @@ from forms.assembly import (
     compiled,
     node_positions,
     space_of,
-    symmetric_matrix,
+    symmetric_rows,
     vector,
 )
-from forms.sharing import Sharing
+from forms.sharing import Sharing, of_system, share, share_space, take_levels
 from forms.tilting import Tilting, spreading
 from forms.transfer import nested_prolongations
 
@@ -371,8 +372,8 @@ def assemble(
     ------
     TypeError, ValueError
         in one sentence, before anything is assembled where that is possible: forms that are not symmetric or
-        not bilinear, complex numbers, spaces of another kind or degree, several processes, boundary
-        conditions of another space, meshes that are not nested
+        not bilinear, complex numbers, spaces of another kind or degree, boundary conditions of another
+        space, meshes that are not nested
 
     Examples
     --------
@@ -404,13 +405,27 @@ def assemble(
             raise TypeError(f"bcs holds a {type(bc).__name__}; give what dolfinx.fem.dirichletbc returns.")
         if not space.contains(bc.function_space):
             raise ValueError("A boundary condition is on another space than the forms; make it on theirs.")
+    many = V.mesh.comm.size > 1
+    if many and len(coarser):
+        raise ValueError(
+            "Coarser meshes are not shared among ranks but by Body.from_grid(grid, refinements); leave "
+            "`coarser` out, or run on one rank."
+        )
     prolongations = nested_prolongations(V, coarser)
-    A = symmetric_matrix(form, "a(u, v)")
-    count, dim = V.dofmap.index_map.size_local, V.dofmap.index_map_bs
+    names = ["a(u, v)", *others]
+    rows = [symmetric_rows(one, name) for name, one in zip(names, [form, *others.values()])]
+    matrices, sharing, levels = [A for A, _, _ in rows], None, []
+    if many:
+        sharing, matrices = share_space(V, rows)
+    elif shared := shared_of(V.mesh):
+        sharing, levels = share(shared, matrices)
+    assembled = dict(zip(names, matrices))
+    nodes, dim = V.dofmap.index_map, V.dofmap.index_map_bs
+    count = nodes.size_local + nodes.num_ghosts
     fixed = np.zeros(count * dim, dtype=bool)
     for bc in bcs:
         fixed[bc.dof_indices()[0]] = True
-    fixed = fixed.reshape(count, dim)
+    fixed = of_system(fixed.reshape(count, dim), sharing)
 
     def values(time: float | None) -> np.ndarray:
         if time is not None and update is not None:
@@ -420,18 +435,21 @@ def assemble(
             bc.set(x)
         if not np.isfinite(x).all():
             raise ValueError("A boundary condition has a value that is not a finite number.")
-        return x.reshape(count, dim)
+        return of_system(x.reshape(count, dim), sharing)
 
     system = constrained(
         V,
-        A,
+        assembled["a(u, v)"],
         loads,
         fixed,
         values,
-        mass=None if mass is None else symmetric_matrix(others["mass m(u, v)"], "mass m(u, v)"),
-        damping=None if damping is None else symmetric_matrix(others["damping c(u, v)"], "damping c(u, v)"),
+        mass=assembled.get("mass m(u, v)"),
+        damping=assembled.get("damping c(u, v)"),
+        sharing=sharing,
     )
     system.prolongations = prolongations
+    if sharing is not None:
+        take_levels(system, levels)
     system.varies = update is not None or (callable(L) and not isinstance(L, ufl.Form))
     if stress is not None:
         system.stress = at_midpoints(stress, V)
@@ -586,7 +604,8 @@ def _same_space(name: str, form: fem.Form, space: Any) -> None:
 
 def _loads(L: Any, V: fem.FunctionSpace, update: Any) -> Callable[[float | None], np.ndarray]:
     """Nodal forces (N, dim) as a function of the time (None: now)."""
-    shape = (V.dofmap.index_map.size_local, V.dofmap.index_map_bs)
+    nodes = V.dofmap.index_map
+    shape = (nodes.size_local + nodes.num_ghosts, V.dofmap.index_map_bs)
 
     def nodal(load: Any) -> np.ndarray:
         if isinstance(load, (ufl.Form, fem.Form)):

@@ -3,8 +3,12 @@
 import sys
 
 import numpy as np
+import ufl
 from mpi4py import MPI
 
+import forms
+
+from dolfinx import fem, mesh  # isort: skip
 from forms import Elasticity, Isotropic, Support
 from geometry import (
     Body,
@@ -128,6 +132,38 @@ def platen():
     return BodyOnRoad(system, "bottom", Plane((0.0, -0.001), (0.0, 1.0)), friction=0.3)
 
 
+def own_forms(correction, cell=mesh.CellType.triangle):
+    """A block of forms of one's own on a mesh that dolfinx distributes, pressed and pulled over the road."""
+    kind = MPI.COMM_WORLD
+    square = mesh.create_rectangle(kind, [(0.0, 0.0), (2.0, 1.0)], (12, 6), cell)
+    V = fem.functionspace(square, ("Lagrange", 1, (2,)))
+    u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
+    strain = ufl.sym(ufl.grad(u))
+    a = ufl.inner(800.0 * strain + 600.0 * ufl.tr(strain) * ufl.Identity(2), ufl.sym(ufl.grad(v))) * ufl.dx
+    L = ufl.inner(fem.Constant(square, (0.0, -5.0)), v) * ufl.dx
+    top = mesh.locate_entities_boundary(square, 1, lambda x: np.isclose(x[1], 1.0))
+    given = fem.Constant(square, (0.002, -0.012))
+    bc = fem.dirichletbc(given, fem.locate_dofs_topological(V, 1, top), V)
+    foot = mesh.locate_entities_boundary(square, 1, lambda x: np.isclose(x[1], 0.0))
+    contact = BodyOnRoad(forms.assemble(a, L, [bc]), foot, Plane((0.0, 0.0), (0.01, 1.0)), friction=0.3)
+    many = MPI.COMM_WORLD.size > 1
+    return contact, solve(contact, correction if many else "direct", tolerance=1e-11, limit=100_000)
+
+
+def own_forms_of_body():
+    """Forms of one's own on the nested meshes of a body."""
+    body = Body.from_grid(rectangle(2.0, 1.0, 6, 3), 1)
+    V = fem.functionspace(body.mesh, ("Lagrange", 1, (2,)))
+    u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
+    strain = ufl.sym(ufl.grad(u))
+    a = ufl.inner(800.0 * strain + 600.0 * ufl.tr(strain) * ufl.Identity(2), ufl.sym(ufl.grad(v))) * ufl.dx
+    top = fem.locate_dofs_topological(V, 1, body.facet_tags.find(body.names["top"]))
+    bc = fem.dirichletbc(np.array([0.002, -0.012]), top, V)
+    foot = body.facet_tags.find(body.names["bottom"])
+    contact = BodyOnRoad(forms.assemble(a, bcs=[bc]), foot, Plane((0.0, 0.0), (0.01, 1.0)), friction=0.3)
+    return contact, solve(contact, tolerance=1e-11)
+
+
 def block(scheme, road, dt, friction=0.3):
     """A block above a road; its top is tied to a plate that moves."""
     body = Body.from_grid(rectangle(2.0, 1.0, 6, 3), 1)
@@ -208,6 +244,10 @@ def bouncing():
 
 
 SCENES = {
+    "algebraic": lambda: own_forms("algebraic"),
+    "direct": lambda: own_forms("direct", mesh.CellType.quadrilateral),
+    "none": lambda: own_forms("none"),
+    "own_forms_of_body": own_forms_of_body,
     "cylinder": lambda: cylinder(None),
     "friction": lambda: cylinder(0.3),
     "ball": lambda: ball(0.3),

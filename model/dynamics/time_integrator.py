@@ -169,7 +169,8 @@ class StepSolver:
         self.places = places
         solver: Any
         if isinstance(problem, SharedProblem):
-            solver = SharedSolver(problem, progress=False, nested=False)
+            nested = len(problem.prolongations) > 0
+            solver = SharedSolver(problem, "auto" if nested else correction, progress=False, nested=False)
         else:
             solver = ContactSolver(problem, correction, progress=False)
         self.tolerance, self.slip_rate, self.ranks = tolerance, slip_rate, solver.ranks

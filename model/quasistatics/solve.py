@@ -172,14 +172,9 @@ def _solver(problem: Any, road: Any, correction: str, **options: Any) -> Any:
     """Return the solver of a problem on one rank, or shared by many."""
     if not isinstance(problem, SharedProblem):
         return ContactSolver(problem, correction, **options)
-    if correction not in ("auto", "multigrid") or not problem.prolongations:
-        raise ValueError(
-            f"On several ranks the correction is multigrid on nested meshes, not {correction!r}; "
-            "use Body.from_grid(grid, refinements), or one rank."
-        )
     if options.pop("order", None) is not None:
         raise ValueError("On several ranks nodes are visited in their order; leave `order` out.")
-    return SharedSolver(problem, **options)
+    return SharedSolver(problem, correction, **options)
 
 
 def _loads(

@@ -16,6 +16,7 @@ from model.node_loop.status import Status
 from model.problem.contact_problem import shaped
 from model.ranks.first_guess import FirstGuess
 from model.ranks.krylov import conjugate_gradients, flexible_gmres
+from model.ranks.petsc_cycle import PetscCycle, has_petsc
 from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
 from model.solvers.compiling import announce_compilation
@@ -70,6 +71,28 @@ class SharedLoop(NodeLoop):
         return float(np.sqrt(self.exchange.sum(size**2)))
 
 
+def chosen(problem: SharedProblem, correction: str) -> str:
+    """Return the correction that is meant, or refuse it (ValueError)."""
+    nested, petsc = len(problem.prolongations) > 0, has_petsc()
+    if correction == "auto":
+        correction = "multigrid" if nested else "algebraic"
+    if correction == "multigrid" and not nested:
+        raise ValueError(
+            "correction is 'multigrid', but the meshes are not nested; use Body.from_grid(grid, refinements), "
+            "or 'algebraic'."
+        )
+    if correction in ("algebraic", "direct") and not petsc:
+        raise ValueError(
+            f"On several ranks the correction {correction!r} is PETSc's, which is not loaded here; install "
+            "petsc4py, or use Body.from_grid(grid, refinements) with 'multigrid'."
+        )
+    if correction not in ("multigrid", "algebraic", "direct", "none"):
+        raise ValueError(
+            f"correction is {correction!r}, but it must be one of auto, none, direct, multigrid, algebraic."
+        )
+    return correction
+
+
 class SharedSolver:
     """Solves one shared contact problem for any loads, gaps and stick positions.
 
@@ -82,13 +105,20 @@ class SharedSolver:
     problem : SharedProblem
     progress : bool
         Show a bar on rank 0.
+    correction : str
+        "multigrid" on nested meshes; else "algebraic" or "direct" by PETSc, or "none".
     nested : bool
         Take first guesses from coarser meshes; for the rough loads of time steps they are no good.
     """
 
-    name = "multigrid"
-
-    def __init__(self, problem: SharedProblem, progress: bool = True, nested: bool = True):
+    def __init__(
+        self,
+        problem: SharedProblem,
+        correction: str = "auto",
+        progress: bool = True,
+        nested: bool = True,
+    ):
+        self.name = chosen(problem, correction)
         began = perf_counter()
         self.problem, self.exchange = problem, problem.exchanges[0]
         self.ranks, self.correction = self.exchange, SimpleNamespace(name=self.name, solve=self.solve_step)
@@ -101,11 +131,17 @@ class SharedSolver:
         self.fixed = np.zeros((N, d))
         self.fixed[: self.exchange.owned] = self.loop.uncoupled
         self.exchange.update(self.fixed)
-        self.cycle = SharedCycle(finest, problem.prolongations, problem.exchanges[1:], problem.ids[1:])
+        self.cycle: Any
+        if self.name in ("multigrid", "none"):
+            coarser = (problem.prolongations, problem.exchanges[1:], problem.ids[1:])
+            self.cycle = SharedCycle(finest, *(coarser if self.name == "multigrid" else ((), (), ())))
+        else:
+            self.cycle = PetscCycle(finest, problem.coordinates, self.name)
         self.projectors = np.eye(d) * (1.0 - self.fixed)[:, :, None]
-        held = np.flatnonzero(self.fixed.any(axis=1))
-        self.cycle.truncate(held, self.projectors[held])
-        nested = nested and bool(problem.prolongations)
+        nested = nested and self.name == "multigrid"
+        if nested:  # coarser meshes are to see the supports
+            held = np.flatnonzero(self.fixed.any(axis=1))
+            self.cycle.truncate(held, self.projectors[held])
         self.first_guess = FirstGuess(problem, finest, SharedSolver) if nested else None
         n = problem.contact_nodes.size
         self.follow, self.support, self._supports = np.zeros((n, d)), np.zeros((n, d, d)), False
@@ -213,6 +249,12 @@ class SharedSolver:
     def _rounds(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Sweep and correct until the natural residual is below the tolerance; collective."""
         loop, exchange = self.loop, self.exchange
+        if self.name == "none":
+            count = 1
+            while not record.finished(loop.residual(u, status)):
+                loop.sweep(u, status, count)
+                count = min(2 * count, 100)
+            return
         steady, turned = 0, False
         while True:
             if not turned:

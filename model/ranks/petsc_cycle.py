@@ -1,0 +1,95 @@
+"""What PETSc makes of the truncated matrix of many ranks: algebraic multigrid (GAMG), or factors (MUMPS)."""
+
+import sys
+from typing import Any
+
+import numpy as np
+from scipy.sparse import bsr_array
+
+from model.ranks.shared_levels import SharedLevel
+
+SHIFT = 1e-10  # of the largest diagonal entry, where a body that contact alone holds would leave no factors
+
+
+def has_petsc() -> bool:
+    """Whether PETSc has been loaded, as dolfinx does where both are there."""
+    return "petsc4py.PETSc" in sys.modules
+
+
+class PetscCycle:
+    """Solves about (algebraic) or wholly (direct) for the unknowns that truncation leaves; set up for each set.
+
+    Parameters
+    ----------
+    finest : SharedLevel
+    coordinates : (nodes, d)
+        Of the nodes held here: GAMG is told the rigid motions.
+    correction : "algebraic" or "direct"
+    """
+
+    def __init__(self, finest: SharedLevel, coordinates: np.ndarray, correction: str):
+        self.levels, self.correction = [finest], correction
+        exchange, comm = finest.exchange, finest.exchange.comm
+        self._petsc: Any = sys.modules["petsc4py.PETSc"]
+        counts = comm.allgather(exchange.owned)
+        self._first, self._count = sum(counts[: comm.rank]), sum(counts)
+        number = np.zeros(finest.nodes, dtype=np.int64)
+        number[: exchange.owned] = self._first + np.arange(exchange.owned)
+        exchange.update(number)
+        d = finest.d
+        self._columns = (number[:, None] * d + np.arange(d)).ravel()
+        self._points = coordinates[: exchange.owned]
+        self._solver: Any = None
+
+    def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
+        """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d); collective."""
+        level, petsc = self.levels[0], self._petsc
+        A, d, owned = level.A, level.d, level.exchange.owned
+        T = np.tile(np.eye(d), (level.nodes, 1, 1))
+        T[nodes] = projectors
+        data = T[level.rows] @ A.data @ T[A.indices]
+        largest = level.exchange.max(float(np.abs(A.data[level.middle]).max(initial=0.0)))
+        data[level.middle] += largest * (np.eye(d) - T[:owned]) + SHIFT * largest * np.eye(d)
+        shape = (owned * d, level.nodes * d)
+        whole = bsr_array((data, A.indices.astype(np.int64), A.indptr.astype(np.int64)), shape=shape).tocsr()
+        sizes = ((owned * d, self._count * d),) * 2
+        csr = (
+            whole.indptr.astype(petsc.IntType),
+            self._columns[whole.indices].astype(petsc.IntType),
+            whole.data,
+        )
+        self.destroy()
+        matrix = petsc.Mat().createAIJ(sizes, bsize=d, csr=csr, comm=level.exchange.comm)
+        matrix.setOption(petsc.Mat.Option.SPD, True)
+        self._solver = solver = petsc.KSP().create(level.exchange.comm)
+        solver.setType("preonly")
+        pc = solver.getPC()
+        self._x, self._b = matrix.createVecs()
+        if self.correction == "direct":
+            pc.setType("cholesky")
+            pc.setFactorSolverType("mumps")
+        else:
+            pc.setType("gamg")
+            at = matrix.createVecRight()
+            at.setBlockSize(d)
+            at.array[:] = self._points.ravel()
+            matrix.setNearNullSpace(petsc.NullSpace().createRigidBody(at))
+        solver.setOperators(matrix)
+        solver.setUp()
+        self._matrix = matrix
+
+    def destroy(self) -> None:
+        """Give back what PETSc holds; collective."""
+        if self._solver is not None:
+            for thing in (self._solver, self._matrix, self._x, self._b):
+                thing.destroy()
+            self._solver = None
+
+    def __call__(self, r: np.ndarray) -> np.ndarray:
+        """Solve for A z = r; overwritten by the next call; collective."""
+        level = self.levels[0]
+        self._b.array[:] = r[: level.exchange.owned].ravel()
+        self._solver.solve(self._b, self._x)
+        level.z[: level.exchange.owned] = self._x.array.reshape(-1, level.d)
+        level.exchange.update(level.z)
+        return level.z
