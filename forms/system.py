@@ -414,7 +414,8 @@ def assemble(
     prolongations = nested_prolongations(V, coarser)
     names = ["a(u, v)", *others]
     rows = [symmetric_rows(one, name) for name, one in zip(names, [form, *others.values()])]
-    matrices, sharing, levels = [A for A, _, _ in rows], None, []
+    matrices, sharing = [A for A, _, _ in rows], None
+    levels: list[Any] = []
     if many:
         sharing, matrices = share_space(V, rows)
     elif shared := shared_of(V.mesh):

@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 import forms
 
-from dolfinx import fem, mesh  # isort: skip
+from dolfinx import fem, graph, mesh  # isort: skip
 from forms import Elasticity, Isotropic, Support
 from geometry import (
     Body,
@@ -132,10 +132,13 @@ def platen():
     return BodyOnRoad(system, "bottom", Plane((0.0, -0.001), (0.0, 1.0)), friction=0.3)
 
 
-def own_forms(correction, cell=mesh.CellType.triangle):
+def own_forms(correction, cell=mesh.CellType.triangle, partitioner=None):
     """A block of forms of one's own on a mesh that dolfinx distributes, pressed and pulled over the road."""
-    kind = MPI.COMM_WORLD
-    square = mesh.create_rectangle(kind, [(0.0, 0.0), (2.0, 1.0)], (12, 6), cell)
+    many = MPI.COMM_WORLD.size > 1
+    corners, cells, options = [(0.0, 0.0), (2.0, 1.0)], (12, 6), {}
+    if many and partitioner is not None:
+        options["partitioner"] = partitioner
+    square = mesh.create_rectangle(MPI.COMM_WORLD, corners, cells, cell, **options)
     V = fem.functionspace(square, ("Lagrange", 1, (2,)))
     u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
     strain = ufl.sym(ufl.grad(u))
@@ -146,8 +149,15 @@ def own_forms(correction, cell=mesh.CellType.triangle):
     bc = fem.dirichletbc(given, fem.locate_dofs_topological(V, 1, top), V)
     foot = mesh.locate_entities_boundary(square, 1, lambda x: np.isclose(x[1], 0.0))
     contact = BodyOnRoad(forms.assemble(a, L, [bc]), foot, Plane((0.0, 0.0), (0.01, 1.0)), friction=0.3)
-    many = MPI.COMM_WORLD.size > 1
     return contact, solve(contact, correction if many else "direct", tolerance=1e-11, limit=100_000)
+
+
+def odd(comm, parts, kinds, cells):
+    """Give rank 1 nothing, rank 2 two cells at the foot and rank 3 cells far from it; rank 0 the rest."""
+    count = cells[0].size // 4 if isinstance(cells, list) else cells.num_nodes
+    ranks = np.zeros(count, dtype=np.int32)
+    ranks[:2], ranks[-6:] = 2, 3
+    return graph.adjacencylist(ranks)._cpp_object
 
 
 def own_forms_of_body():
@@ -247,6 +257,7 @@ SCENES = {
     "algebraic": lambda: own_forms("algebraic"),
     "direct": lambda: own_forms("direct", mesh.CellType.quadrilateral),
     "none": lambda: own_forms("none"),
+    "odd": lambda: own_forms("direct", mesh.CellType.quadrilateral, odd),
     "own_forms_of_body": own_forms_of_body,
     "cylinder": lambda: cylinder(None),
     "friction": lambda: cylinder(0.3),

@@ -17,7 +17,7 @@ def has_petsc() -> bool:
 
 
 class PetscCycle:
-    """Solves about (algebraic) or wholly (direct) for the unknowns that truncation leaves; set up for each set.
+    """Solves for the unknowns that truncation leaves, about (algebraic) or wholly (direct).
 
     Parameters
     ----------

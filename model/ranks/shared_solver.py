@@ -78,8 +78,8 @@ def chosen(problem: SharedProblem, correction: str) -> str:
         correction = "multigrid" if nested else "algebraic"
     if correction == "multigrid" and not nested:
         raise ValueError(
-            "correction is 'multigrid', but the meshes are not nested; use Body.from_grid(grid, refinements), "
-            "or 'algebraic'."
+            "correction is 'multigrid', but the meshes are not nested; use Body.from_grid(grid, "
+            "refinements), or 'algebraic'."
         )
     if correction in ("algebraic", "direct") and not petsc:
         raise ValueError(
