@@ -666,7 +666,7 @@ def _rigid_motions(x: np.ndarray) -> np.ndarray:
     motions[:, range(dim), range(dim)] = 1.0
     for k, (a, b) in enumerate(axes):
         motions[:, a, dim + k], motions[:, b, dim + k] = -x[:, b], x[:, a]
-    return motions.reshape(N * dim, -1)
+    return motions.reshape(N * dim, dim + len(axes))
 
 
 def _block_rows(A: sparse.bsr_array, nodes: np.ndarray) -> sparse.bsr_array:

@@ -26,9 +26,9 @@ pytestmark = pytest.mark.skipif(LAUNCHER is None, reason="there is no mpirun her
 # What is run on how many ranks: by one launch each, for a process needs seconds to begin.
 KINDS = {
     2: ["cylinder", "friction", "path", "held", "tread", "hollow"]
-    + ["newmark", "stabilised", "redistributed", "bouncing", "continued"],
-    3: ["triangles", "platen", "below", "explicit", "saved"],
-    4: ["ball", "corner"],
+    + ["newmark", "stabilised", "redistributed", "bouncing", "continued", "direct", "algebraic"],
+    3: ["triangles", "platen", "below", "explicit", "saved", "none", "own_forms_of_body"],
+    4: ["ball", "corner", "odd"],  # odd: one rank is empty, one has no candidate, one little else
 }
 NUMBERS = {"displacement", "contact_pressure", "contact_traction", "gap", "sheet", "ledger"}
 WRONG = {"below": "below the road", "explicit": "not shared among ranks"}
