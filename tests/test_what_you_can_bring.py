@@ -21,7 +21,9 @@ def calls():
 
 
 def found(name):
-    return next((getattr(room, name) for room in ROOMS if hasattr(room, name)), OBJECTS.get(name))
+    if name in OBJECTS:
+        return OBJECTS[name]
+    return next((getattr(room, name) for room in ROOMS if hasattr(room, name)), None)
 
 
 def called(function):
