@@ -407,7 +407,7 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
             J[row, column] -= by_pressure[c, a] * S[c * d, numbers[column]]
             if numbers[column] // d == c:
                 J[row, column] += support[c, a, numbers[column] % d]
-    N = free_modes(arrays.G, fixed)
+    N = not_turned(free_modes(arrays.G, fixed), support, numbers, largest)
     drive = N.T @ missing
     if np.sum(drive**2) > slight**2 + 1e-3 * np.sum(missing**2):
         step = N @ drive
@@ -421,6 +421,19 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     for row in range(numbers.size):
         whole[numbers[row]] = part * step[row]
     return whole
+
+
+@njit(cache=True, error_model="numpy")
+def not_turned(N, support, numbers, largest):
+    """Modes N (l, z) of which friction does not resist that it would have to turn with the slip."""
+    d, rubbed = support.shape[1], np.zeros(N.shape)
+    for row in range(numbers.size):
+        c, a = numbers[row] // d, numbers[row] % d
+        for other in range(numbers.size):
+            if numbers[other] // d == c:
+                rubbed[row] += support[c, a, numbers[other] % d] * N[other]
+    sizes, directions = np.linalg.eigh(N.T @ rubbed)
+    return N @ directions[:, sizes <= ROUNDING * largest].copy()
 
 
 @njit(cache=True, error_model="numpy")
@@ -498,6 +511,9 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
         for _ in range(CHAIN):
             step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
             trial, decided = corrected(contact, trial, decided, step, bound)
+            after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+            if after < best:
+                break
             sweep(arrays, contact, b, trial, decided, bound, slip_rate)
             after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
             if after < best:
