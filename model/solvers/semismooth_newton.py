@@ -37,6 +37,7 @@ from model.solvers.pivoting import contact_by_pivoting
 from model.solvers.projected_newton import free_modes, project_newton
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
+ENOUGH = 0.1  # of the residual: a Newton step that leaves no more needs no sweep to mend it
 PATIENCE = 20  # chains and convex problems without half the residual
 STEPS = 30  # of a convex problem
 HALVINGS = 10  # of a Newton step whose energy does not fall
@@ -512,7 +513,8 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
             step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
             trial, decided = corrected(contact, trial, decided, step, bound)
             after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
-            if after < best:
+            if after < ENOUGH * best:
+                after = rest(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
                 break
             sweep(arrays, contact, b, trial, decided, bound, slip_rate)
             after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
@@ -538,6 +540,17 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
     if u.shape[1] == 2 and best > tolerance and best > rounding_of(arrays, b, u, force):
         try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, slight)
     judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+
+
+@njit(cache=True, error_model="numpy")
+def rest(arrays, contact, b, u, status, R, force, bound, slip_rate):
+    """Let nodes stick whose friction is less than it would be in slip; return the natural residual."""
+    for c in range(status.size):
+        square = np.sum(force[c, 1:] ** 2)
+        if status[c] == SLIP and square < (1 - 1e-9) * allowed(bound, force[c, 0], 0.0, contact.state[c]) ** 2:
+            status[c] = STICK
+    place_all_on_surface(contact, u, status)
+    return judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
 
 
 @njit(cache=True, error_model="numpy")
