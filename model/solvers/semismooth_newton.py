@@ -546,8 +546,8 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
 def rest(arrays, contact, b, u, status, R, force, bound, slip_rate):
     """Let nodes stick whose friction is less than it would be in slip; return the natural residual."""
     for c in range(status.size):
-        square = np.sum(force[c, 1:] ** 2)
-        if status[c] == SLIP and square < (1 - 1e-9) * allowed(bound, force[c, 0], 0.0, contact.state[c]) ** 2:
+        most = allowed(bound, force[c, 0], 0.0, contact.state[c])
+        if status[c] == SLIP and np.sum(force[c, 1:] ** 2) < (1 - 1e-9) * most**2:
             status[c] = STICK
     place_all_on_surface(contact, u, status)
     return judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
