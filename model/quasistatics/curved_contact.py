@@ -88,7 +88,7 @@ class CurvedContact:
         Returns
         -------
         Solution
-            Its gaps are distances to the road itself; its sweeps, cycles, work and seconds are those of
+            Its gaps are distances to the road itself; its sweeps, cycles, steps, work and seconds are of
             all iterations.
 
         Raises
@@ -186,6 +186,6 @@ def _all_iterations(iterations: list[Solution], gap: np.ndarray) -> Solution:
     """Return the last solution with the gaps (n,) to the road, and what all iterations cost."""
     total = {
         name: sum(getattr(s, name) for s in iterations)
-        for name in ("sweeps", "cycles", "work_units", "seconds", "setup_seconds")
+        for name in ("sweeps", "cycles", "steps", "work_units", "seconds", "setup_seconds")
     }
     return replace(iterations[-1], gap=gap, **total)

@@ -59,6 +59,8 @@ class Solution:
     correction : str
     sweeps, cycles : int
         Sweeps of the loop over the whole mesh; corrections made (multigrid: V-cycles).
+    steps : int
+        Steps of Newton and of pivoting in the small dense problem; 0 where there was none.
     work_units : float
         Measured time, set-up included in the first solve, in sweeps of the finest mesh.
     seconds, setup_seconds : float
@@ -103,6 +105,7 @@ class Solution:
     time: float | None = None
     state: np.ndarray | None = None
     unique: bool = True
+    steps: int = 0
 
     def next_start(self) -> dict[str, Any]:
         """Return what the next step of a path takes over: first guess, statuses, and who slipped."""
@@ -127,7 +130,7 @@ class Relaxation:
     name = "none"
 
     def __init__(self, loop: NodeLoop):
-        self.loop = loop
+        self.loop, self.steps = loop, np.zeros(1, dtype=np.int64)
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Sweep until the natural residual, tested at most every hundred sweeps, is below the tolerance."""
@@ -299,7 +302,7 @@ class ContactSolver:
             self.rigid.require_balance(load, normal, mu, BALANCE)
         loop.prescribe(load, u)
         self._require_room(u, gap, normal)
-        loop.slip_rate, first = slip_rate, loop.sweeps
+        loop.slip_rate, first, steps = slip_rate, loop.sweeps, int(self.correction.steps[0])
 
         def aim(base: np.ndarray, rest: np.ndarray) -> None:
             at = base[loop.nodes]
@@ -315,8 +318,11 @@ class ContactSolver:
             status = loop.start(u, status)
         record = self._record(u, status, first, tolerance, limit)
         self.correction.solve(u, status, record)
-        bent, load_size = np.zeros_like(u), loop.load_size
+        bent, load_size, least = np.zeros_like(u), loop.load_size, np.inf
         while record.rounded:
+            if record.best > 0.5 * least:
+                record.give_up("the displacement in two parts is no truer than in one")
+            least = record.best
             bent, base, before = bent + (u - self.rigid.part_of(u)), base + u, record.history
             aim(base, missing_at(problem.A, load, bent))
             loop.load_size = load_size
@@ -342,6 +348,7 @@ class ContactSolver:
             correction=self.correction.name,
             sweeps=loop.sweeps - first,
             cycles=record.cycles,
+            steps=int(self.correction.steps[0]) - steps,
             work_units=spent / (loop.seconds_of_passes / loop.passes),
             seconds=seconds,
             setup_seconds=setup,

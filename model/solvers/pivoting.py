@@ -18,7 +18,7 @@ TINY = 1e-11  # pivots of size 1 and below are taken for rounding
 
 @njit(cache=True, error_model="numpy")
 def lemke(M, q):
-    """Return z (n,) >= 0 with M z + q >= 0 complementary to it, and whether it was found."""
+    """Return z (n,) >= 0 with M z + q >= 0 complementary to it, whether it was found, and the pivots."""
     n = q.size
     T = np.zeros((n, 2 * n + 2))  # columns w, z, the covering unknown, and the right side
     for i in range(n):
@@ -27,9 +27,9 @@ def lemke(M, q):
             T[i, n + j] = -M[i, j]
     basis, z = np.arange(n), np.zeros(n)
     if q.min() >= 0.0:
-        return z, True
+        return z, True, 0
     row, entering = int(np.argmin(q)), 2 * n
-    for _ in range(50 * n):
+    for count in range(1, 50 * n):
         leaving = basis[row]
         pivot(T, row, entering)
         basis[row] = entering
@@ -37,12 +37,12 @@ def lemke(M, q):
             for i in range(n):
                 if n <= basis[i] < 2 * n:
                     z[basis[i] - n] = max(T[i, 2 * n + 1], 0.0)
-            return z, True
+            return z, True, count
         entering = leaving + n if leaving < n else leaving - n
         row = first_to_vanish(T, entering, basis)
         if row < 0:
-            return z, False
-    return z, False
+            return z, False, count
+    return z, False, 50 * n
 
 
 @njit(cache=True, error_model="numpy")
@@ -92,6 +92,8 @@ def contact_by_pivoting(S, b, gap, reference, mu):
     status : (k,)
         0 free, 1 slip, 2 stick.
     found : bool
+    count : int
+        Pivots.
     """
     k = gap.size
     softened = S.copy()
@@ -115,11 +117,11 @@ def contact_by_pivoting(S, b, gap, reference, mu):
                 M[a * k + i, k + j] = W[2 * i + a, 2 * j + 1] / size
         M[k + i, 2 * k + i] = 1.0
         M[2 * k + i, i], M[2 * k + i, k + i] = 2.0 * mu[i], -1.0
-    z, found = lemke(M, q)
+    z, found, count = lemke(M, q)
     w = M @ z + q
     force, status = np.zeros(2 * k), np.zeros(k, dtype=np.int8)
     for i in range(k):
         force[2 * i], force[2 * i + 1] = z[i] / size, (z[k + i] - mu[i] * z[i]) / size
         if z[i] > 0.0:
             status[i] = 1 if z[2 * k + i] > 0.0 or z[k + i] <= 0.0 or w[2 * k + i] <= 1e-12 * z[i] else 2
-    return (free + W @ force).reshape(k, 2), status, found
+    return (free + W @ force).reshape(k, 2), status, found, count

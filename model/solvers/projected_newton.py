@@ -87,6 +87,7 @@ def project_newton(arrays, contact, c, u, status, force, slight):
         numbers = np.flatnonzero(free)
         if numbers.size == 0 or (whole and released == 0):
             break
+        arrays.steps[0] += 1
         N = free_modes(G, ~free)
         drive = N.T @ r[numbers, 0]
         direction[:], product[:] = 0.0, 0.0

@@ -38,7 +38,7 @@ from model.solvers.projected_newton import free_modes, project_newton
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
 ENOUGH = 0.1  # of the residual: a Newton step that leaves no more needs no sweep to mend it
-PATIENCE = 20  # chains and convex problems without half the residual
+PATIENCE = 6  # chains, pivotings and convex problems without half the residual
 STEPS = 30  # of a convex problem
 HALVINGS = 10  # of a Newton step whose energy does not fall
 
@@ -67,10 +67,18 @@ class SmallProblem:
         s.
     friction : FrictionLaw or None
         The law; None where s = 1.
+    steps : (1,) int
+        Counts steps of Newton and of pivoting.
     """
 
     def __init__(
-        self, W: np.ndarray, G: np.ndarray, resistance: np.ndarray, sides: int, friction: FrictionLaw | None
+        self,
+        W: np.ndarray,
+        G: np.ndarray,
+        resistance: np.ndarray,
+        sides: int,
+        friction: FrictionLaw | None,
+        steps: np.ndarray,
     ):
         k = W.shape[0] // sides
         S, Y, Z = bordered_inverse(W, G, resistance)
@@ -89,6 +97,7 @@ class SmallProblem:
             np.arange(k, dtype=np.int32),
             np.arange(k, dtype=np.uint32),
             *(np.empty((k, sides, sides)) for _ in range(3)),
+            steps,
         )
         prepare(self.arrays)
         self._bound = None if friction is None else friction.address
@@ -190,6 +199,7 @@ class Condensed(NamedTuple):
     nodes, number, order : (k,) 0, 1, 2, ...
     frame : (k, s, s) unit matrices: the problem is in the nodes' frames already
     block, inverse : (k, s, s) diagonal blocks of S, and their inverses
+    steps : (1,) steps of Newton and of pivoting so far
     """
 
     S: np.ndarray
@@ -203,6 +213,7 @@ class Condensed(NamedTuple):
     frame: np.ndarray
     block: np.ndarray
     inverse: np.ndarray
+    steps: np.ndarray
 
 
 @njit(cache=True, error_model="numpy")
@@ -390,6 +401,7 @@ def part_until_rest(S, contact, u, R, force, status, numbers, step):
 def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     """Step (k d,) for the unknowns that are linear at present, friction following the pressure and slip."""
     S, d = arrays.S, u.shape[1]
+    arrays.steps[0] += 1
     numbers, whole = linear_unknowns(status, d), np.zeros(u.size)
     if numbers.size == 0:
         return whole
@@ -505,7 +517,7 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
     R = np.empty_like(u)
     place_all_on_surface(contact, u, status)
     best = judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
-    idle, lowest = 0, best
+    idle, lowest, pivots = 0, best, u.shape[1] == 2
     kept, kept_status = u.copy(), status.copy()
     while best > tolerance and idle < PATIENCE:
         trial, decided, after = u, status, best
@@ -525,20 +537,24 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
                 break
             judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
             trial, decided, after = u.copy(), status.copy(), best
-            bounds = np.empty((status.size, 1))
-            for c in range(bounds.size):
-                slip = np.sqrt(np.sum((u[c, 1:] - contact.reference[c]) ** 2)) if status[c] == SLIP else 0.0
-                bounds[c, 0] = allowed(bound, force[c, 0], slip_rate * slip, contact.state[c])
-            convex = with_state(contact, bounds)
-            descend(arrays, convex, b, trial, decided, R, force, held, slip_rate, 0.1 * best, slight)
-            after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+            if pivots:
+                pivots = False
+                after = pivoted(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+            else:
+                bounds = np.empty((status.size, 1))
+                for c in range(status.size):
+                    slip = (
+                        np.sqrt(np.sum((u[c, 1:] - contact.reference[c]) ** 2)) if status[c] == SLIP else 0.0
+                    )
+                    bounds[c, 0] = allowed(bound, force[c, 0], slip_rate * slip, contact.state[c])
+                convex = with_state(contact, bounds)
+                descend(arrays, convex, b, trial, decided, R, force, held, slip_rate, 0.1 * best, slight)
+                after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
         idle = 0 if after < 0.5 * lowest else idle + 1
         u[:], status[:], best = trial, decided, after
         if best < lowest:
             kept[:], kept_status[:], lowest = u, status, best
     u[:], status[:], best = kept, kept_status, lowest
-    if u.shape[1] == 2 and best > tolerance and best > rounding_of(arrays, b, u, force):
-        try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, slight)
     judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
 
 
@@ -576,20 +592,12 @@ def with_state(contact, state):
 
 
 @njit(cache=True, error_model="numpy")
-def try_pivoting(arrays, contact, b, u, status, R, force, bound, slip_rate, best, slight):
-    """Start anew from what pivoting finds for the coefficients of friction at hand; keep the better end."""
+def pivoted(arrays, contact, b, u, status, R, force, bound, slip_rate):
+    """Set u and status to what pivoting finds for the coefficients at hand; return the residual."""
     mu = np.empty(status.size)
     for c in range(mu.size):
         mu[c] = allowed(bound, 1.0, 0.0, contact.state[c])
-    trial, decided, found = contact_by_pivoting(arrays.S, b, contact.gap, contact.reference, mu)
-    if not found:
-        return
-    trial_status = decided.astype(status.dtype)
-    for _ in range(CHAIN):
-        place_all_on_surface(contact, trial, trial_status)
-        after = judge(arrays, contact, b, trial, trial_status, R, force, bound, slip_rate)
-        if after < best:
-            u[:], status[:], best = trial, trial_status, after
-        trial += newton_step(
-            arrays, contact, trial, trial_status, R, force, bound, slip_rate, slight
-        ).reshape(u.shape)
+    u[:], status[:], _, count = contact_by_pivoting(arrays.S, b, contact.gap, contact.reference, mu)
+    arrays.steps[0] += count
+    place_all_on_surface(contact, u, status)
+    return judge(arrays, contact, b, u, status, R, force, bound, slip_rate)

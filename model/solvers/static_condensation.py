@@ -29,14 +29,21 @@ from scipy.sparse import bsr_array, csc_array, diags_array
 from model.node_loop.blocks import FUSED
 from model.node_loop.contact_sweep import FREE, place_all_on_surface
 from model.node_loop.node_loop import NodeLoop
-from model.problem.rigid_modes import SEEN, RigidModes, determinate_unknowns, motions_of_each_body, parts
+from model.problem.rigid_modes import (
+    BALANCE,
+    SEEN,
+    RigidModes,
+    determinate_unknowns,
+    motions_of_each_body,
+    parts,
+)
 from model.solvers.convergence_record import Record
 from model.solvers.factorisation import factorised
 from model.solvers.semismooth_newton import SmallProblem
 
 HARD = 1e4  # times the softest unknown; it costs as many digits as it has
 SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
-IDLE = 8  # cycles without progress that are enough: each is exact but for rounding,
+IDLE = 4  # cycles without progress that are enough: each is exact but for rounding,
 FALL = 0.5  # so that one which does not halve the residual is none
 NEAR = 1e-6  # of the largest gap: who is so near to the road, once the body has landed, may touch
 NOBODY = np.zeros(0, dtype=np.int64)
@@ -59,12 +66,15 @@ class Condensation:
     ----------
     batches : list of (m,) arrays
         Candidates whose columns of A_g^-1 have been computed, in the order in which they came.
+    steps : (1,)
+        Steps of Newton and of pivoting so far.
     """
 
     name = "direct"
 
     def __init__(self, A: bsr_array, loop: NodeLoop, rigid: RigidModes):
         self.loop, self.rigid, self._nothing = loop, rigid, np.zeros(0)
+        self.steps = np.zeros(1, dtype=np.int64)
         N, d = loop.shape
         n = loop.nodes.size
         self._pin(A)
@@ -198,27 +208,25 @@ class Condensation:
         power = self._seen.T @ (self.shapes.T @ r.ravel()) if self.pins.size else self._nothing
         gap, after = np.empty(status.size), np.empty(status.size)
         largest, lowest, count = gaps_without(contact, u, free, status, gap, after, selected)
-        tiny = 1e-14 * largest
-        slight = max(tolerance, SLIGHT) * (loop.load_size + float(np.linalg.norm(known)))
-        solved, force, pins = count == 0 and self.pins.size == 0, known[:0], self._nothing
-        while not solved or lowest < -tiny:
-            if solved:
-                below = np.flatnonzero((after < -tiny) & ~selected)
-                selected[below[np.argsort(after[below])[: max(8, int(selected.sum()))]]] = True
+        tiny, size = 1e-14 * largest, loop.load_size + float(np.linalg.norm(known))
+        slight = max(tolerance, SLIGHT) * size
+        force, pins = known[:0], self._nothing
+        missed = np.zeros(1) if count or self.pins.size or lowest < -tiny else NOBODY
+        while missed.size:
             active = self._set_up(np.flatnonzero(selected))
             force, pins = self.small.solve(
                 contact, active, u, free, power, gap, after, known, status, loop.slip_rate, tolerance, slight
             )
             after[:] = gap
             if pins.size:
-                pins = self._seen @ pins
-                after += np.einsum(
-                    "ca,ca->c", loop.frame[:, 0], (self.shapes @ pins).reshape(u.shape)[loop.nodes]
-                )
-            lowest = gaps_with(
-                contact, free, self._columns, self._row, self._place, force, self._active, after
-            )
-            solved = True
+                move = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
+                after += np.einsum("ca,ca->c", loop.frame[:, 0], move[loop.nodes])
+            gaps_with(contact, free, self._columns, self._row, self._place, force, self._active, after)
+            below = np.flatnonzero((after < -tiny) & ~selected)
+            missed = below[np.argsort(after[below])[: max(8, int(selected.sum()))]]
+            if not missed.size and self.rigid.count == self.pins.size:
+                missed = self._next_on_the_way(active, force, power, after, BALANCE * size)
+            selected[missed] = True
         if not force.size:
             u += free
         elif self._whole:
@@ -228,8 +236,22 @@ class Condensation:
             r[loop.nodes[active]] += force
             u += self.back_substitute(r)
         if pins.size:
-            u += (self.shapes @ pins).reshape(u.shape)
+            u += move
         place_all_on_surface(contact, u, status)
+
+    def _next_on_the_way(
+        self, active: np.ndarray, force: np.ndarray, power: np.ndarray, gap: np.ndarray, slight: float
+    ) -> np.ndarray:
+        """Candidates (0 or more,) that a body comes to which forces (k, d) on the active ones do not hold."""
+        at = (self.shapes @ self._seen).reshape(*self.loop.shape, -1)[self.loop.nodes]
+        drive = power + np.einsum("cap,ca->p", at[active], force)
+        speed = np.einsum("ca,cap,p->c", self.loop.frame[:, 0], at, drive)
+        speed[active] = 0.0
+        falls = np.flatnonzero(speed < -SEEN * np.abs(speed).max(initial=0.0))
+        if not falls.size or np.linalg.norm(drive) <= slight:
+            return NOBODY
+        time = np.maximum(gap[falls], 0.0) / -speed[falls]
+        return falls[np.argsort(time)[: active.size]]
 
     def _set_up(self, active: np.ndarray) -> np.ndarray:
         """Set up the small problem of the given candidates, unless it is; return them."""
@@ -244,7 +266,7 @@ class Condensation:
         shapes = self.shapes.reshape(*loop.shape, -1)[loop.nodes[active]] @ self._seen
         G = np.einsum("cab,cbp->cap", frame, shapes).reshape(W.shape[0], -1)
         self.small = SmallProblem(
-            W, G, self._seen.T @ self.resistance @ self._seen, self._sides, loop.friction
+            W, G, self._seen.T @ self.resistance @ self._seen, self._sides, loop.friction, self.steps
         )
         self._active = active
         return active
@@ -297,10 +319,7 @@ def gaps_without(contact, u, free, status, gap, after, selected):
 
 @njit(cache=True, error_model="numpy")
 def gaps_with(contact, free, columns, row, place, force, active, after):
-    """Add to `after` (n,) what the free move (N, d) and forces (k, d) on `active` do to the gaps.
-
-    Return the lowest of the others, or 0: those of the active candidates are settled.
-    """
+    """Add to `after` (n,) what the free move (N, d) and forces (k, d) on `active` do to the gaps."""
     d = free.shape[1]
     for c in range(after.size):
         for a in range(d):
@@ -311,13 +330,6 @@ def gaps_with(contact, free, columns, row, place, force, active, after):
             for c in range(after.size):
                 for a in range(d):
                     after[c] += contact.frame[c, 0, a] * column[row[c] * d + a] * size
-    lowest, j = 0.0, 0
-    for c in range(after.size):
-        if j < active.size and active[j] == c:
-            j += 1
-        else:
-            lowest = min(lowest, after[c])
-    return lowest
 
 
 @njit(cache=True, error_model="numpy")
