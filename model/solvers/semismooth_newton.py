@@ -96,7 +96,9 @@ class SmallProblem:
             np.arange(k),
             np.arange(k, dtype=np.int32),
             np.arange(k, dtype=np.uint32),
-            *(np.empty((k, sides, sides)) for _ in range(3)),
+            np.empty((k, sides, sides)),
+            np.empty((k, sides, sides)),
+            np.empty((k, sides, sides)),
             steps,
         )
         prepare(self.arrays)
