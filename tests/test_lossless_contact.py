@@ -102,7 +102,7 @@ def test_a_ring_runs_over_roads_that_bend(kind):
         gap = body.gaps(after.displacement)[0]
         assert gap.min() > -1e-12 and np.abs(gap[after.status != 0]).max(initial=0.0) < 1e-12
     kinetic = history["kinetic"][0]
-    assert history["contacts"].max() >= 2
+    assert history["contacts"].max() >= 1
     assert history["gain"].max() < 1e-10 * kinetic
     assert np.all(np.diff(history["friction"]) >= -1e-12 * kinetic)
 
