@@ -176,8 +176,9 @@ class FiniteMidpoint(Midpoint):
         return self.body.forces.step_force(before.displacement, u1)
 
     def _turn_between(self, u0: np.ndarray, u1: np.ndarray) -> np.ndarray:
-        """Rotation (d, d) of the body at half the step; a body on supports does not turn, as they do not."""
-        if self.body.supported:
+        """Rotation (d, d) of the body at half the step; nodes that are held in part forbid it."""
+        held = self.body.prescribed
+        if (held.any(axis=1) & ~held.all(axis=1)).any():
             return np.eye(self.body.dim)
         return mean_rotation(self.body.coordinates, self.body.coordinates + 0.5 * (u0 + u1))
 
