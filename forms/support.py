@@ -247,9 +247,7 @@ class Support:
                 raise ValueError(f"There is no node {where}; the body's nodes are 0 to {N - 1}.")
             share[where] = float(where >= 0)
         else:
-            names = [where] if isinstance(where, str) else list(where)
-            rows = np.concatenate([self.body.facets[self.body.check_name(name)] for name in names])
-            rows = rows[np.unique(np.sort(rows, axis=1), axis=0, return_index=True)[1]]
+            rows = self.body.facet_nodes(where)
             np.add.at(share, rows, (_areas(self.body.coordinates[rows]) / rows.shape[1])[:, None])
         return share[:, None] / self.body.total(share[:, None]) * np.asarray(values[:dim], dtype=float)
 

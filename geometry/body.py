@@ -216,6 +216,17 @@ class Body:
             found.append(self.node_sets[one] if one in self.node_sets else self.facets[self.check_name(one)])
         return np.unique(np.concatenate([nodes.ravel() for nodes in found]))
 
+    def facet_nodes(self, name: str | Sequence[str]) -> np.ndarray:
+        """Return the nodes (m, k) of each facet of a boundary, or of several, each facet once.
+
+        Raises
+        ------
+        ValueError
+            for a name that is not there.
+        """
+        rows = np.concatenate([self.facets[self.check_name(one)] for one in _listed(name)])
+        return rows[np.unique(np.sort(rows, axis=1), axis=0, return_index=True)[1]]
+
     def facet_indices(self, name: str | Sequence[str]) -> np.ndarray:
         """Return dolfinx's numbers of the facets of a boundary, or of several, sorted.
 

@@ -17,7 +17,7 @@ MARKS = {Status.STICK: ("black", "stick"), Status.SLIP: ("tab:orange", "slip")}
 
 def contact_map(
     body: Any,
-    boundary: str,
+    boundary: str | Sequence[str],
     fields: Mapping[str, np.ndarray],
     status: np.ndarray,
     reach: float,
@@ -31,8 +31,8 @@ def contact_map(
     ----------
     body : Body
         In 3-D, its road about z = 0.
-    boundary : str
-        Boundary that touches.
+    boundary : str or sequence of str
+        Boundary that touches, or several.
     fields : dict of ndarray, each (N,)
         Values at all nodes of the body, by label with unit: "pressure (MPa)".
     status : ndarray, shape (N,)
@@ -58,7 +58,7 @@ def contact_map(
     >>> len(figure.axes) > 1
     True
     """
-    facets = outlines(body.facets[boundary])
+    facets = outlines(body.facet_nodes(boundary))
     x = body.coordinates[:, :2]
     middle = np.asarray(centre)
     facets = facets[(np.abs(x[facets] - middle) <= 1.5 * reach).all(axis=(1, 2))]
@@ -95,7 +95,7 @@ def contact_map(
 
 def cut_figure(
     body: Any,
-    boundary: str,
+    boundary: str | Sequence[str],
     displacement: np.ndarray,
     field: np.ndarray,
     label: str,
@@ -134,7 +134,7 @@ def cut_figure(
     >>> len(figure.axes) > 1
     True
     """
-    facets = outlines(body.facets[boundary])
+    facets = outlines(body.facet_nodes(boundary))
     corners = np.asarray(body.cells)
     around = np.bincount(corners.ravel(), minlength=len(body.coordinates))
     total = np.bincount(corners.ravel(), np.repeat(field, corners.shape[1]), len(body.coordinates))
