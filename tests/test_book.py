@@ -1,5 +1,6 @@
 """The book: its parts, and once it is built a browser that opens it from disk."""
 
+import base64
 import os
 import re
 import shutil
@@ -179,6 +180,35 @@ def test_every_page_opens_from_disk_without_an_error(browser, site):
         )
         faults += [f"{page.name}: {source} does not show" for source in broken]
     assert len(pages) > 20 and faults == []
+
+
+def test_the_first_lecture_prints_on_two_pages(browser, site):
+    browser.get((site / "first_lecture.html").as_uri())
+    options = {"printBackground": False, "preferCSSPageSize": True}
+    pdf = base64.b64decode(browser.execute_cdp_cmd("Page.printToPDF", options)["data"])
+    assert len(re.findall(rb"/Type /Page\b", pdf)) == 2
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_themes_have_contrast(browser, site, theme):
+    features = [{"name": "prefers-color-scheme", "value": theme}]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+    browser.get((site / "node_and_spring.html").as_uri())
+    colours = browser.execute_script(
+        "const of = (e) => [getComputedStyle(e).color, getComputedStyle(e).backgroundColor];"
+        "return [of(document.body), of(document.querySelector('div.cell_input pre'))]"
+    )
+    for text, ground in colours:
+        low, high = sorted(luminance(each) for each in (text, ground))
+        assert (high + 0.05) / (low + 0.05) > 7  # WCAG, level AAA
+    page = luminance(colours[0][1])
+    assert page > 0.9 if theme == "light" else page < 0.1
+
+
+def luminance(colour):
+    """Relative luminance of what CSS calls rgb(...)."""
+    rgb = np.array([float(each) for each in re.findall(r"[\d.]+", colour)[:3]]) / 255
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
 
 
 def test_formulas_are_set(browser, site):

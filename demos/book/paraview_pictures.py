@@ -11,7 +11,7 @@ PICTURES = {  # name: file below the folder of runs, options of the script
         "section_3_1_1_normal_loading/results/section_3_1_1_normal_loading/friction.xdmf",
         ["--colour", "von_mises", "--zoom", "5"],
     ),
-    "heel": ("first_lecture/heel.xdmf", ["--zoom", "1.3"]),
+    "heel": ("first_lecture/heel.xdmf", ["--zoom", "1.5"]),
 }
 
 

@@ -89,6 +89,8 @@ def main(arguments):
         show_road(road)
     bar = simple.GetScalarBar(simple.GetColorTransferFunction(options.colour), view)
     bar.TitleColor = bar.LabelColor = [0.0, 0.0, 0.0]
+    bar.TitleFontSize = bar.LabelFontSize = 22
+    bar.Orientation, bar.WindowLocation, bar.ScalarBarLength = "Horizontal", "Lower Center", 0.5
     scene = simple.GetAnimationScene()
     scene.UpdateAnimationUsingDataTimeSteps()
     scene.GoToLast()

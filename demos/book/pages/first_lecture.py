@@ -7,8 +7,8 @@
 #
 #     make demos OPTIONS=--quick
 #
-# sets up `.venv`, compiles the loop once (half a minute in which little seems to happen), runs every lesson, and writes pictures,
-# XDMF files and a `summary.json` for each into `results/NAME/`. One of them alone:
+# in the folder of this project sets up `.venv`, compiles the loop once (a minute in which little seems to happen), runs every lesson,
+# and writes pictures, XDMF files and a `summary.json` for each into `results/NAME/`. One of them alone:
 #
 #     .venv/bin/python demos/section_3_1_1_normal_loading.py
 #
@@ -32,8 +32,8 @@
 #
 # ## 3. Your own scene: a heel on a kerb (15 minutes)
 #
-# A scene is a mesh, a weak form, a road, and a call of `solve`. Save the cells below as `heel.py` and run
-# `.venv/bin/python heel.py`. Everything up to the fourth cell is plain gmsh, UFL and dolfinx.
+# A scene is a mesh, a weak form, a road, and a call of `solve` or `follow`. Save the three cells below as `heel.py` in the folder of
+# this project and run `.venv/bin/python heel.py`. But for `Body` the first two are plain gmsh, UFL and dolfinx.
 #
 # **Mesh.** A rubber heel with rounded edges, in mm, from gmsh. A mesh file of yours does as well: `read_mesh` takes what gmsh and meshio read.
 
@@ -61,7 +61,8 @@ body = Body.from_grid(read_mesh("heel.msh")).mark("top", lambda x: x[1] > 10 - 1
 body = body.mark("sole", lambda x: x[1] < 2.5)
 
 # %% [markdown]
-# **Weak form.** Plane strain, E = 5 MPa, nu = 0.4; a pressure on the top, which moves straight down.
+# **Weak form.** Plane strain, E = 5 MPa, nu = 0.4; a pressure on the top, which moves straight down. Any symmetric form of degree 1
+# will do: add to `a` what your problem has (an elastic foundation in {doc}`section_2_1_own_forms`), and nothing else changes.
 
 # %%
 mesh, tags = body.mesh, body.facet_tags
@@ -114,7 +115,10 @@ print(f"smallest gap {solution.gap.min()}, natural residual {solution.residual:.
 # - *No friction, and nothing that holds the body in x*: `solve` refuses with a sentence that names the motion. Give a boundary condition or friction.
 # - *Open with "Xdmf3"*: ParaView may crash or show nothing; take the reader called *XDMF Reader*.
 # - *"BeyondLinear"* is a warning that strains or rotations are larger than linear strain can describe. The answer is that of the linear model.
-# - *A mesh file without names*: `body.mark(name, where)` gives names by position.
+# - *A mesh file without names*: `body.mark(name, where)` gives names by position; an unknown name is refused with those there are.
+# - *"No module named 'model'"*: another Python than `.venv/bin/python`, or the folder has been moved since: run `.ci/setup` again.
+# - *No screen*: `pvpython ... --picture out.png` needs one all the same: `xvfb-run -a pvpython ...` makes it.
+# - *Nothing touches*: `status` is 0 everywhere. Is the road where you think it is? Open it beside the body.
 #
 # ## Exercises
 #
