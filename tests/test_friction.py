@@ -8,7 +8,7 @@ from scipy.sparse import bmat, csr_array, eye_array
 from scipy.sparse.linalg import spsolve
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, Plane, half_cylinder_nested, rectangle
+from geometry import Body, Plane, box, half_cylinder_nested, rectangle
 from model import (
     BodyOnRoad,
     ContactSolver,
@@ -174,15 +174,36 @@ def test_a_users_own_law():
     assert abs(last.contact_force[:, 0].sum() + 0.1) < 1e-9
 
 
-def test_friction_that_is_left_out_is_said():
-    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4)), Isotropic(E=1e3, nu=0.3))
-    system = elasticity.system(
-        elasticity.body_force((0.0, -2.0)), Support(elasticity.body).fix("left", x=0.0)
-    )
-    slope, level = Plane((0.0, 0.0), (0.02, 1.0)), Plane()
-    with pytest.warns(FrictionLeftOut, match="at 1 nodes that may touch, the first is node"):
-        solve(BodyOnRoad(system, "bottom", slope, friction=0.3))
+def guided_block(dim):
+    """A block whose left side is guided along y, or in space along the plane x = 0, under its weight."""
+    grid = rectangle(2.0, 1.0, 8, 4) if dim == 2 else box(2.0, 1.0, 1.0, 4, 2, 2)
+    elasticity = Elasticity(Body.from_grid(grid), Isotropic(E=1e3, nu=0.3))
+    weight = elasticity.body_force((*np.zeros(dim - 1), -2.0))
+    return elasticity.system(weight, Support(elasticity.body).fix("left", x=0.0))
+
+
+@pytest.mark.parametrize("height", [0.0, 0.1])
+def test_a_guided_node_rubs_against_its_way(height):
+    slope = Plane((0.0, -height), (0.02, 1.0))
+    pressed = BodyOnRoad(guided_block(2), "bottom", slope, friction=0.3)
+    n = slope.normal
     with warnings.catch_warnings():
         warnings.simplefilter("error", FrictionLeftOut)
-        solve(BodyOnRoad(system, "bottom", slope))
-        solve(BodyOnRoad(system, "bottom", level, friction=0.3))
+        solution = solve(pressed)
+    corner = int(np.argmin(pressed.points[:, 0]))
+    node = pressed.problem.contact_nodes[corner]
+    assert solution.pressure_force[corner] > 0.0
+    u = solution.displacement
+    needed = (pressed.problem.A @ u.ravel()).reshape(u.shape)[node, 1] - pressed.problem.b[node, 1]
+    f, p, s = solution.contact_force[corner], solution.pressure_force[corner], u[node] - (n @ u[node]) * n
+    assert f[1] == pytest.approx(needed, rel=1e-6)
+    assert f == pytest.approx(p * (n - 0.3 * s / np.linalg.norm(s)), rel=1e-9)
+
+
+def test_friction_that_is_left_out_is_said():
+    with pytest.warns(FrictionLeftOut, match="nodes that may touch, the first is node"):
+        solve(BodyOnRoad(guided_block(3), "bottom", Plane((0, 0, 0), (0.02, 0.0, 1.0)), friction=0.3))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", FrictionLeftOut)
+        for friction, normal in [(None, (0.02, 1.0)), (0.3, (0.0, 1.0))]:
+            solve(BodyOnRoad(guided_block(2), "bottom", Plane((0.0, 0.0), normal), friction=friction))

@@ -86,8 +86,33 @@ class NodeLoop:
         self.block = np.einsum("cab,cbe,cfe->caf", self.frame, self.diagonal[self.nodes], self.frame)
 
     def oblique(self) -> np.ndarray:
-        """Candidates' nodes whose free motion is neither along the road nor along its normal, (k,)."""
-        return self.nodes[self.given.any(axis=1) & ~self.cannot_move & (self.part < 1.0 - 1e-12)]
+        """Which candidates are prescribed in part and free obliquely to the road, (n,)."""
+        return self.given.any(axis=1) & ~self.cannot_move & (self.part < 1.0 - 1e-12)
+
+    def guided(self) -> np.ndarray:
+        """Which of the oblique candidates can move along a line alone, (n,)."""
+        return self.oblique() & (self.given.sum(axis=1) == self.shape[1] - 1)
+
+    def rub_guided(self, force: np.ndarray, pressure: np.ndarray, slip: np.ndarray) -> None:
+        """Add to forces (n, d) and pressure (n,), in place, the friction of nodes guided along a line.
+
+        Such a node, free along d alone with n . d > 0, is where its gap puts it, with friction or without: it
+        holds the force p' along d. Where its slip s (n, d) along the road is not zero, friction opposes it,
+
+            f = p (n - mu s / |s|),     p = p' / (n . d - mu d . s / |s|),
+
+        and the support bears what is across d. A node that does not slip gets no friction: any within the
+        cone would do, for the support bears the rest. Where friction would jam it, p < 0, it gets none.
+        """
+        slip = slip - np.einsum("ca,ca->c", slip, self.normal)[:, None] * self.normal
+        size = np.linalg.norm(slip, axis=1)
+        rubs = np.flatnonzero(self.guided() & (pressure > 0.0) & (size > 0.0))
+        friction = self.coefficient[rubs, None] * slip[rubs] / size[rubs, None]
+        along = np.einsum("ca,ca->c", self.frame[rubs, 0], friction)
+        holds = along < self.part[rubs]
+        rubs, friction, along = rubs[holds], friction[holds], along[holds]
+        pressure[rubs] *= self.part[rubs] / (self.part[rubs] - along)
+        force[rubs] = pressure[rubs, None] * (self.normal[rubs] - friction)
 
     def set_load(
         self,

@@ -275,7 +275,7 @@ class ContactSolver:
         Warns
         -----
         FrictionLeftOut
-            Where nodes with friction are prescribed in part, obliquely to the road.
+            Where nodes with friction in space are prescribed along one axis, obliquely to the road.
         """
         began = perf_counter()
         problem, loop = self.problem, self.loop
@@ -335,11 +335,14 @@ class ContactSolver:
         setup, self._unpaid = self._unpaid, 0.0
         force, pressure = loop.reaction()
         loop.confirm(status)
+        gap, u = loop.part * loop.gaps(u, status), base + u
+        if loop.friction is not None:
+            loop.rub_guided(force, pressure, u[loop.nodes] - reference)
         return Solution(
-            displacement=base + u,
+            displacement=u,
             contact_force=force,
             pressure_force=pressure,
-            gap=loop.part * loop.gaps(u, status),
+            gap=gap,
             status=status,
             state=np.asarray(status == Status.SLIP, dtype=np.float64),
             unique=not self.rigid.loose(loop.frame, status, pressure).shape[1],
@@ -360,7 +363,8 @@ class ContactSolver:
         if not np.array_equal(normal, self.loop.normal):
             self.loop.update_normals(normal)
             self.correction.update_normals()
-        oblique = self.loop.oblique() if self.loop.friction is not None else self.loop.nodes[:0]
+        loop = self.loop
+        oblique = loop.nodes[loop.oblique() & ~loop.guided()] if loop.friction is not None else loop.nodes[:0]
         if len(oblique):
             warnings.warn(
                 f"Friction is left out at {len(oblique)} nodes that may touch, the first is node "

@@ -207,12 +207,13 @@ class Condensation:
         free = self.back_substitute(r)
         power = self._seen.T @ (self.shapes.T @ r.ravel()) if self.pins.size else self._nothing
         gap, after = np.empty(status.size), np.empty(status.size)
-        largest, lowest, count = gaps_without(contact, u, free, status, gap, after, selected)
+        largest, count = gaps_without(contact, u, free, status, gap, after, selected)
         tiny, size = 1e-14 * largest, loop.load_size + float(np.linalg.norm(known))
         slight = max(tolerance, SLIGHT) * size
         force, pins = known[:0], self._nothing
-        missed = np.zeros(1) if count or self.pins.size or lowest < -tiny else NOBODY
-        while missed.size:
+        missed = NOBODY if count or self.pins.size else worst(after, selected, tiny)
+        selected[missed] = True
+        while selected.any() and (missed.size or not force.size):
             active = self._set_up(np.flatnonzero(selected))
             force, pins = self.small.solve(
                 contact, active, u, free, power, gap, after, known, status, loop.slip_rate, tolerance, slight
@@ -222,8 +223,7 @@ class Condensation:
                 move = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
                 after += np.einsum("ca,ca->c", loop.frame[:, 0], move[loop.nodes])
             gaps_with(contact, free, self._columns, self._row, self._place, force, self._active, after)
-            below = np.flatnonzero((after < -tiny) & ~selected)
-            missed = below[np.argsort(after[below])[: max(8, int(selected.sum()))]]
+            missed = worst(after, selected, tiny)
             if not missed.size and self.rigid.count == self.pins.size:
                 missed = self._next_on_the_way(active, force, power, after, BALANCE * size)
             selected[missed] = True
@@ -295,14 +295,20 @@ class Condensation:
         self.batches.append(new)
 
 
+def worst(gap: np.ndarray, selected: np.ndarray, tiny: float) -> np.ndarray:
+    """Candidates (k,), not selected (n,), that are farthest below the road by their gaps (n,)."""
+    below = np.flatnonzero((gap < -tiny) & ~selected)
+    return below[np.argsort(gap[below])[: max(8, int(selected.sum()))]]
+
+
 @njit(cache=True, error_model="numpy")
 def gaps_without(contact, u, free, status, gap, after, selected):
     """Write into `gap` and `after` the gaps (n,) at u (N, d), and after the free move from there.
 
     Mark in `selected` (n,) who touches already or is and stays below the road. Return the largest of
-    `gap`, the lowest of `after`, and the number of candidates added.
+    `gap`, and the number of candidates added.
     """
-    largest, lowest, count = 0.0, 0.0, 0
+    largest, count = 0.0, 0
     for c in range(gap.size):
         here, there = contact.gap[c], 0.0
         for a in range(u.shape[1]):
@@ -310,11 +316,11 @@ def gaps_without(contact, u, free, status, gap, after, selected):
             there += contact.frame[c, 0, a] * free[contact.nodes[c], a]
         gap[c] = here
         after[c] = here + there
-        largest, lowest = max(largest, here), min(lowest, after[c])
+        largest = max(largest, here)
         if status[c] != FREE or (here < 0.0 and after[c] < 0.0):
             selected[c] = True
             count += 1
-    return largest, lowest, count
+    return largest, count
 
 
 @njit(cache=True, error_model="numpy")
