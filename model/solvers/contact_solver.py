@@ -335,14 +335,14 @@ class ContactSolver:
         setup, self._unpaid = self._unpaid, 0.0
         force, pressure = loop.reaction()
         loop.confirm(status)
-        gap, u = loop.part * loop.gaps(u, status), base + u
+        distance, u = loop.part * loop.gaps(u, status), base + u
         if loop.friction is not None:
             loop.rub_guided(force, pressure, u[loop.nodes] - reference)
         return Solution(
             displacement=u,
             contact_force=force,
             pressure_force=pressure,
-            gap=gap,
+            gap=distance,
             status=status,
             state=np.asarray(status == Status.SLIP, dtype=np.float64),
             unique=not self.rigid.loose(loop.frame, status, pressure).shape[1],
