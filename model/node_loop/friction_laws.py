@@ -66,6 +66,11 @@ class FrictionLaw:
         return self.bound.address
 
     @property
+    def coefficient(self) -> Any:
+        """The coefficient at rest, as it was given: a number, an array (n,), or a function of places."""
+        return next(iter(self.parameters.values()))
+
+    @property
     def by_place(self) -> bool:
         """Whether a parameter is a function of places."""
         return any(callable(value) for value in self.parameters.values())

@@ -151,7 +151,7 @@ class ContactProblem:
         """Coefficient of friction at rest, one or (n,) as it is before loading; 0 without friction."""
         if not isinstance(self.friction, FrictionLaw):
             return 0.0
-        mu = next(iter(self.friction.parameters.values()))
+        mu = self.friction.coefficient
         if not callable(mu):
             return mu
         foot = self.coordinates[self.contact_nodes] - self.gap[:, None] * self.normal

@@ -51,7 +51,7 @@ def books(scheme, state, steps, elasticity=None):
     below zero, and friction stays in its cone.
     """
     ledger, worst, energy, momentum = Ledger(scheme, state), 0.0, 0.0, 0.0
-    mu = getattr(scheme.body.friction, "coefficient", 0.0)
+    mu = 0.0 if scheme.body.friction is None else scheme.body.friction.coefficient
     mass = float(np.abs(scheme.M).sum())
     off_mass = deviation(scheme.M.sum(), scheme.body.M.sum()) if scheme.body.floats else 0.0  # however spread
     off_energy = off_momentum = off_force = 0.0
