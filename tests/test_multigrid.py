@@ -277,6 +277,20 @@ def test_cycles_on_triangles_of_any_mesh():
     assert max(cycles) <= 25
 
 
+@pytest.mark.parametrize("nu", [0.3, 0.45])
+def test_cycles_on_tetrahedra(nu):
+    cycles = []
+    for cells in (6, 12):
+        body = Body.from_grid(box(1.0, 1.0, 1.0, cells, cells, cells, cell="tetrahedron"))
+        elasticity = Elasticity(body, Isotropic(5.0, nu))
+        support = Support(body).platen("top").fix("top", x=0.0, y=0.0)
+        system = elasticity.system(elasticity.total_force("top", (0.0, 0.0, -0.3)), support)
+        problem = BodyOnRoad(system, "bottom", Plane((0, 0, 0), (0, 0, 1))).problem
+        cycles.append(solve(problem, "algebraic", tolerance=1e-8).cycles)
+    assert max(cycles) <= 25
+    assert max(cycles) - min(cycles) <= 4
+
+
 @pytest.mark.parametrize(("Q", "slides"), [(0.999, False), (1.0, False), (1.001, True)])
 def test_at_the_onset_of_sliding(Q, slides):
     """Nothing but friction holds the body along the road: it converges, or says that it slides."""

@@ -60,17 +60,17 @@ class Cycle:
     ----------
     levels : list of Level
         Finest first. What truncation changes is copied: the finest P and every coarser matrix.
-    visits : int
-        Cycles on a coarser level for each on the next finer one: 1 for V-cycles, 2 for W-cycles.
 
     Attributes
     ----------
+    visits : int
+        Cycles on a coarser level for each on the next finer one: 1 for V-cycles, 2 for W-cycles.
     sweeps : int
         Before and after each correction from the coarser level.
     """
 
-    def __init__(self, levels: list[Level], visits: int = 1):
-        self.visits, self.sweeps = visits, 1
+    def __init__(self, levels: list[Level]):
+        self.visits = self.sweeps = 1
         finest = replace(levels[0], inverse=levels[0].inverse.copy())
         self.projectors: np.ndarray | None = None  # used only where the finest mesh is the coarsest as well
         if len(levels) == 1:
@@ -261,8 +261,6 @@ class Multigrid:
     coarser : CoarserMesh, optional
         The same contact problem on the next coarser mesh, from which a first guess is taken (nested
         iteration).
-    visits : int
-        1 for V-cycles, 2 for W-cycles.
     """
 
     name = "multigrid"
@@ -274,11 +272,10 @@ class Multigrid:
         rigid: RigidModes,
         coarse_modes: np.ndarray,
         coarser: "CoarserMesh | None" = None,
-        visits: int = 1,
     ):
         self.loop, self.rigid, self.coarse_modes, self.coarser = loop, rigid, coarse_modes, coarser
         d = loop.shape[1]
-        self.cycle = Cycle(levels, visits)
+        self.cycle = Cycle(levels)
         self.status = np.zeros(loop.nodes.size, dtype=np.int8)
         self.projectors = np.tile(np.eye(d), (loop.nodes.size, 1, 1))
         self.held = self.rubs = np.zeros(0, dtype=np.int64)
