@@ -4,7 +4,7 @@ The same truncated cycles where there are no nested meshes, on pyamg's smoothed 
 motions smoothed to least energy. Of the strengths and smoothers that pyamg has these were the quickest, with
 contact: in the plane aggregates along strong connections (evolution measure: L. N. Olson, J. Schroder and
 R. S. Tuminaro, Numer. Linear Algebra Appl. 17 (2010)) and W-cycles; in space, where such aggregates are small
-and many, aggregates of whole neighbourhoods and V(2,2) cycles. On a cube of 57,000 unknowns, nu = 0.45, the one
+and many, aggregates of whole neighbourhoods and V(2,2) cycles. On a cube of 57,000 unknowns, nu = 0.45, one
 takes 2.9 + 1.1 s (set-up, solve) and 23 cycles, the other 1.1 + 0.55 s and 22.
 """
 
