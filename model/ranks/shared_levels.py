@@ -35,33 +35,32 @@ class SharedLevel:
         self.rows = np.repeat(np.arange(exchange.owned), np.diff(A.indptr).astype(np.int64))
         self.middle = np.flatnonzero(self.rows == A.indices).astype(np.uint64)
         self.ghost = np.flatnonzero(A.indices >= exchange.owned)
-        self.last: tuple[np.ndarray, np.ndarray] | None = None
+        self.weight, self.diagonal = np.zeros_like(self.inverse), np.zeros_like(self.inverse)
         self.z, self.rest, self.load = (np.zeros((nodes, self.d)) for _ in range(3))
         self.invert()
 
-    def invert(self) -> None:
-        """Invert the diagonal blocks, with half of what each row's ghost entries weigh added.
+    def invert(self, rows: np.ndarray | None = None) -> None:
+        """Invert the diagonal blocks of owned rows (k,), default all, with half their ghost entries' weight.
 
         That makes Gauss-Seidel within the ranks converge whatever their number: with M what a sweep inverts,
         M + M^T - A stays positive (Baker, Falgout, Kolev and Yang, SIAM J. Sci. Comput. 33 (2011) 2864). A
         block E weighs (E E^T)^(1/2), the least that will do; the sizes of its entries, as there, weigh more.
         """
-        D = self.A.data[self.middle].copy()
-        np.add.at(D, self.rows[self.ghost], 0.5 * self._weights())
-        self.diagonal = D
-        generalised_inverses(D, np.arange(len(D)), self.inverse)
-
-    def _weights(self) -> np.ndarray:
-        """Absolute values (m, d, d) of the ghost entries, (E E^T)^(1/2) each."""
-        E = self.A.data[self.ghost]
-        if self.last is None or not np.array_equal(self.last[0], E):
-            squares, turns = np.linalg.eigh(E @ E.transpose(0, 2, 1))
-            roots = np.sqrt(np.maximum(squares, 0.0))
-            self.last = E, (turns * roots[:, None, :]) @ turns.transpose(0, 2, 1)
-        return self.last[1]
+        rows = np.arange(self.exchange.owned) if rows is None else rows
+        chosen = np.zeros(self.exchange.owned, dtype=bool)
+        chosen[rows] = True
+        ghost = self.ghost[chosen[self.rows[self.ghost]]]
+        E = self.A.data[ghost]
+        squares, turns = np.linalg.eigh(E @ E.transpose(0, 2, 1))
+        weights = (turns * np.sqrt(np.maximum(squares, 0.0))[:, None, :]) @ turns.transpose(0, 2, 1)
+        self.weight[rows] = 0.0
+        np.add.at(self.weight, self.rows[ghost], 0.5 * weights)
+        self.diagonal[rows] = self.A.data[self.middle[rows]] + self.weight[rows]
+        generalised_inverses(self.diagonal, rows, self.inverse)
 
     def hold(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Let sweeps move owned nodes (k,) within the ranges of their projectors (k, d, d) only."""
+        self.diagonal[nodes] = self.A.data[self.middle[nodes]] + self.weight[nodes]
         self.inverse[nodes] = projected_inverses(self.diagonal[nodes], projectors)
 
     def coarsen(self, weights: csr_array, exchange: Any, ids: np.ndarray) -> "SharedLevel":
@@ -90,12 +89,32 @@ class SharedLevel:
         self.recompute()
         return self.coarser
 
-    def recompute(self) -> None:
-        """Compute the coarse matrix anew; collective."""
-        rows = np.arange(self.children.indptr.size - 1)
+    def recompute(self, fine: np.ndarray | None = None) -> np.ndarray:
+        """Compute the coarse matrix anew where owned rows (k,), default all, have part in it; collective.
+
+        Return the owned coarse rows (m,) that have changed.
+        """
+        touched = np.zeros(self.children.indptr.size - 1)
+        if fine is None:
+            touched[:] = 1.0
+        else:
+            here = np.zeros(self.exchange.owned, dtype=bool)
+            here[fine] = True
+            owned = self.P.indptr[: self.exchange.owned + 1].astype(np.int64)
+            touched[self.P.indices[: owned[-1]][np.repeat(here, np.diff(owned))]] = 1.0
+        rows = np.flatnonzero(touched)
         self.transfers.galerkin_rows(self.A, self.P, self.children, rows, self.product)
         self._gathered.sum(self.product.data, self.coarser.A.data)
-        self.coarser.invert()
+        self.coarser.exchange.add(touched)
+        changed = np.flatnonzero(touched[: self.coarser.exchange.owned])
+        self.coarser.invert(changed)
+        return changed
+
+    def around(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the owned rows (k,) of which some entry belongs to one of some nodes (m,), ghosts too."""
+        marked = np.zeros(self.nodes, dtype=bool)
+        marked[nodes] = True
+        return np.unique(self.rows[marked[self.A.indices]])
 
     def sweep_from_zero(self, r: np.ndarray) -> None:
         """Sweep over the owned rows for A z = r from z = 0, and find the defect `rest`; collective."""
@@ -248,24 +267,37 @@ class SharedCycle:
         ids: Sequence[np.ndarray],
     ):
         self.levels = [finest]
+        self.held = np.tile(np.eye(finest.d), (finest.nodes, 1, 1))
+        self.diagonal = finest.A.data[finest.middle].copy()
         for weights, exchange, numbers in zip(prolongations, exchanges, ids, strict=True):
             self.levels.append(self.levels[-1].coarsen(weights, exchange, numbers))
         self.coarsest = CoarsestMesh(self.levels[-1])
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
-        """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d); collective."""
+        """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d), all others to nothing.
+
+        Only what sees nodes that are held in another way than before, or whose diagonal block has changed, is
+        computed anew; collective.
+        """
         finest = self.levels[0]
-        finest.invert()
-        owned = nodes < finest.exchange.owned
-        finest.hold(nodes[owned], projectors[owned])
-        held = np.tile(np.eye(finest.d), (finest.nodes, 1, 1))
+        owned, d = finest.exchange.owned, finest.d
+        held, diagonal = np.tile(np.eye(d), (finest.nodes, 1, 1)), finest.A.data[finest.middle]
         held[nodes] = projectors
-        if len(self.levels) > 1:
-            rows = np.repeat(np.arange(finest.nodes), np.diff(finest.P.indptr).astype(np.int64))
-            finest.P.data[:] = held[rows] @ finest.full
-            for fine, _ in pairwise(self.levels):
-                fine.recompute()
+        changed = np.any(held != self.held, axis=(1, 2))
+        changed[:owned] |= np.any(diagonal != self.diagonal, axis=(1, 2))
+        self.held, self.diagonal = held, diagonal
+        here = np.flatnonzero(changed)
+        own = here[here < owned]
+        finest.hold(own, held[own])
         self.coarsest.inverse = None
+        if len(self.levels) == 1:
+            return
+        rows = np.flatnonzero(np.repeat(changed, np.diff(finest.P.indptr).astype(np.int64)))
+        of = np.repeat(np.arange(finest.nodes), np.diff(finest.P.indptr).astype(np.int64))[rows]
+        finest.P.data[rows] = held[of] @ finest.full[rows]
+        changed_rows = finest.around(here)
+        for fine, _ in pairwise(self.levels):
+            changed_rows = fine.recompute(changed_rows)
 
     def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
         """One V(1,1)-cycle for A z = r from z = 0, on level `number`; overwritten by the next call."""

@@ -1,0 +1,80 @@
+"""What a cycle costs on many ranks: a model of computing, messages and sums, fitted to measured runs."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy.optimize import nnls
+
+COARSEST = 500  # unknowns of the coarsest mesh, about
+UPDATES = (
+    4  # exchanges on each level of a cycle: after both sweeps, before the second, and of restricted defects
+)
+
+
+class ParallelModel:
+    """Time of a cycle on P ranks, from runs on two.
+
+    Parameters
+    ----------
+    runs : sequence
+        What `shared_scene.py` writes of scenes of several sizes on two ranks.
+
+    Attributes
+    ----------
+    computing : float
+        Seconds an unknown and cycle, both cores at work.
+    latency, per_byte : float
+        Seconds a message, and a byte.
+    per_sum, sums : float
+        Seconds of a sum over two ranks, and sums a cycle.
+    gather : float
+        Seconds a cycle to gather and to solve the coarsest mesh.
+    """
+
+    def __init__(self, runs: Sequence[dict[str, Any]]):
+        self.dim = runs[0]["dim"]
+        ranks = [(rank, run["cycles"]) for run in runs for rank in run["ranks"]]
+        largest = max(rank["unknowns"] for rank, _ in ranks)
+        large = [(rank, cycles) for rank, cycles in ranks if rank["unknowns"] > 0.5 * largest]
+        self.computing = float(np.mean([r["computing"] / r["unknowns"] / c for r, c in large]))
+        messages, sizes = ([rank[name] for rank, _ in ranks] for name in ("messages", "bytes"))
+        costs = np.column_stack([messages, sizes]).astype(float)
+        scale = costs.max(axis=0)
+        spent = np.array([rank["exchange"] for rank, _ in ranks])
+        self.latency, self.per_byte = nnls(costs / scale, spent)[0] / scale
+        self.per_sum = float(np.mean([r["reduce"] / max(r["reductions"], 1) for r, _ in ranks]))
+        self.sums = float(np.mean([r["reductions"] / c for r, c in ranks]))
+        self.gather = float(np.mean([r["gather"] / c for r, c in ranks]))
+
+    def terms(self, n: float, P: float) -> dict[str, float]:
+        """Return what a cycle of n unknowns spends on P ranks, by kind, in seconds."""
+        d = self.dim
+        levels = max(1, round(np.log(n / COARSEST) / np.log(2**d)))
+        sizes = n / 2.0 ** (d * np.arange(levels))
+        neighbours = 0 if P == 1 else min(P - 1, 3**d - 1)
+        sides = 0.0 if P == 1 else min(2 * d, P - 1)
+        surface = 8 * d * sides * (sizes / d / P) ** ((d - 1) / d)
+        return {
+            "computing": self.computing * n / P,
+            "messages": self.latency * UPDATES * levels * neighbours,
+            "bytes": self.per_byte * UPDATES * float(surface.sum()),
+            "sums over all ranks": self.per_sum * self.sums * np.log2(P),
+            "the coarsest mesh": self.gather * np.log2(P),
+        }
+
+    def cycle(self, n: float, P: float) -> float:
+        """Return the time of a cycle of n unknowns on P ranks (s)."""
+        return sum(self.terms(n, P).values())
+
+    def efficiency(self, n: float, P: float) -> float:
+        """Return the part of the time of a cycle that is computing."""
+        return self.terms(n, P)["computing"] / self.cycle(n, P)
+
+    def end_of_scaling(self, n: float) -> tuple[int, str]:
+        """Return the ranks at which half of the time is no computing, and what takes most of it."""
+        P = 2
+        while P < 2**24 and self.efficiency(n, P) > 0.5:
+            P *= 2
+        rest = {name: spent for name, spent in self.terms(n, P).items() if name != "computing"}
+        return P, max(rest, key=lambda name: rest[name])
