@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from geometry.ends_together import end_together
+
 
 class Exchange:
     """Values at the nodes one rank holds: those it owns, then copies of others' (its ghosts).
@@ -28,6 +30,8 @@ class Exchange:
 
     def __init__(self, comm: Any, shared: Sequence[tuple[int, np.ndarray, np.ndarray]], owned: int):
         self.comm, self.shared, self.owned = comm, list(shared), owned
+        if comm.size > 1:
+            end_together(comm)
 
     def update(self, u: np.ndarray) -> None:
         """Give the ghosts in u (N, ...) the values of their owners; collective."""
@@ -76,7 +80,9 @@ class Exchange:
         """Raise a ValueError on every rank if any is in trouble; collective."""
         said = next((s for s in self.comm.allgather(trouble) if s), "")
         if said:
-            raise ValueError(said)
+            error: Any = ValueError(said)
+            error.everybody = True
+            raise error
 
     def stacked(self, rows: np.ndarray) -> np.ndarray:
         """Return the rows (m, ...) of all ranks, one rank's after the other's; collective."""

@@ -51,16 +51,20 @@ def shared(tmp_path_factory):
     return of
 
 
-def launch(ranks, *arguments):
-    """Run `on_ranks.py` on so many ranks."""
+def started(ranks, *arguments):
+    """Run Python on so many ranks to the end."""
     here = Path(__file__).parent
     paths = [str(here.parent), str(here), os.environ.get("PYTHONPATH", "")]
-    environment = os.environ | OPEN_MPI | {"PYTHONPATH": os.pathsep.join(paths)}
-    command = [LAUNCHER, "-n", str(ranks), sys.executable, "-m", "mpi4py", str(here / "on_ranks.py")]
-    done = subprocess.run(
-        [*command, *map(str, arguments)],
-        env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300,
+    return subprocess.run(
+        [LAUNCHER, "-n", str(ranks), sys.executable, *map(str, arguments)],
+        env=os.environ | OPEN_MPI | {"PYTHONPATH": os.pathsep.join(paths)},
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
+
+
+def launch(ranks, *arguments):
+    """Run `on_ranks.py` on so many ranks."""
+    done = started(ranks, "-m", "mpi4py", Path(__file__).with_name("on_ranks.py"), *arguments)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -108,3 +112,12 @@ def leaves(group):
     """All arrays of an HDF5 file."""
     for item in group.values():
         yield from leaves(item) if hasattr(item, "values") else [np.asarray(item)]
+
+
+def test_an_error_is_one_sentence_and_ends_all(tmp_path):
+    script = tmp_path / "wrong.py"
+    script.write_text("import on_ranks\non_ranks.below()\n")
+    done = started(2, str(script))
+    assert done.returncode != 0
+    assert done.stderr.count("ValueError") == 1 and "below the road" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -22,8 +22,8 @@ class ParallelModel:
 
     Attributes
     ----------
-    computing : float
-        Seconds an unknown and cycle, both cores at work.
+    computing, calls : float
+        Seconds an unknown and cycle, both cores at work; and seconds a cycle, however few the unknowns.
     latency, per_byte : float
         Seconds a message, and a byte.
     per_sum, sums : float
@@ -35,14 +35,12 @@ class ParallelModel:
     def __init__(self, runs: Sequence[dict[str, Any]]):
         self.dim = runs[0]["dim"]
         ranks = [(rank, run["cycles"]) for run in runs for rank in run["ranks"]]
-        largest = max(rank["unknowns"] for rank, _ in ranks)
-        large = [(rank, cycles) for rank, cycles in ranks if rank["unknowns"] > 0.5 * largest]
-        self.computing = float(np.mean([r["computing"] / r["unknowns"] / c for r, c in large]))
-        messages, sizes = ([rank[name] for rank, _ in ranks] for name in ("messages", "bytes"))
-        costs = np.column_stack([messages, sizes]).astype(float)
-        scale = costs.max(axis=0)
-        spent = np.array([rank["exchange"] for rank, _ in ranks])
-        self.latency, self.per_byte = nnls(costs / scale, spent)[0] / scale
+        computing = [rank["computing"] / cycles for rank, cycles in ranks]
+        self.computing, self.calls = fit(
+            computing, [rank["unknowns"] for rank, _ in ranks], [1.0] * len(ranks)
+        )
+        names = ("exchange", "messages", "bytes")
+        self.latency, self.per_byte = fit(*([rank[name] for rank, _ in ranks] for name in names))
         self.per_sum = float(np.mean([r["reduce"] / max(r["reductions"], 1) for r, _ in ranks]))
         self.sums = float(np.mean([r["reductions"] / c for r, c in ranks]))
         self.gather = float(np.mean([r["gather"] / c for r, c in ranks]))
@@ -57,6 +55,7 @@ class ParallelModel:
         surface = 8 * d * sides * (sizes / d / P) ** ((d - 1) / d)
         return {
             "computing": self.computing * n / P,
+            "calls of compiled code": self.calls,
             "messages": self.latency * UPDATES * levels * neighbours,
             "bytes": self.per_byte * UPDATES * float(surface.sum()),
             "sums over all ranks": self.per_sum * self.sums * np.log2(P),
@@ -78,3 +77,10 @@ class ParallelModel:
             P *= 2
         rest = {name: spent for name, spent in self.terms(n, P).items() if name != "computing"}
         return P, max(rest, key=lambda name: rest[name])
+
+
+def fit(spent: Sequence[float], *counts: Sequence[float]) -> np.ndarray:
+    """Return the costs >= 0 of each kind whose sum comes nearest to what was spent, relatively."""
+    costs, times = np.column_stack(counts).astype(float), np.asarray(spent)
+    scale = costs.max(axis=0)
+    return nnls(costs / scale / times[:, None], np.ones(times.size))[0] / scale

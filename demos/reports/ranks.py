@@ -103,9 +103,9 @@ for level in refinements:
 #
 # A cycle costs, on P ranks and n unknowns,
 #
-# $$t = a \frac nP + \alpha\, m + \frac{b}{\beta} + \lambda\, r \log_2 P + g,$$
+# $$t = a \frac nP + c + \alpha\, m + \frac{b}{\beta} + \lambda\, r \log_2 P + g,$$
 #
-# with m messages and b bytes of the exchanges on all levels (surfaces of parts of equal sides), r sums over all
+# with c for calls of compiled code, m messages and b bytes of the exchanges on all levels (surfaces of parts of equal sides), r sums over all
 # ranks, and g for the coarsest mesh, which every rank gathers and solves.
 
 # %%
@@ -118,6 +118,7 @@ styles = iter(("k-", "k--", "k:", "k-."))
 for kind, found in fitted.items():
     model = ParallelModel(found)
     scene.result(f"model_computing[{kind}]", model.computing * 1e9, "ns an unknown and cycle")
+    scene.result(f"model_calls[{kind}]", model.calls * 1e3, "ms a cycle")
     scene.result(f"model_latency[{kind}]", model.latency * 1e6, "us a message")
     scene.result(f"model_bytes[{kind}]", model.per_byte * 1e9, "ns a byte")
     scene.result(f"model_sum[{kind}]", model.per_sum * 1e6, "us a sum and log2 P")
@@ -132,8 +133,7 @@ for kind, found in fitted.items():
         label = f"{kind}, {n:.0e} unknowns"
         axes.loglog(all_ranks, [model.cycle(n, P) for P in all_ranks], next(styles), label=label)
         end, term = model.end_of_scaling(n)
-        scene.result(f"ranks_at_half_efficiency[{kind},{n:.0e} unknowns]", end, "1")
-        print(f"{label}: half the efficiency is lost at {end} ranks, most of it to {term}.")
+        scene.result(f"half_efficiency_at[{label}, by {term}]", end, "ranks")
 axes.legend()
 scene.figure(picture, "projection")
 

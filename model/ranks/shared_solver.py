@@ -248,6 +248,13 @@ class SharedSolver:
 
     def _rounds(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Sweep and correct until the natural residual is below the tolerance; collective."""
+        try:
+            self._go_round(u, status, record)
+        except NotConverged as error:
+            error.everybody = True
+            raise
+
+    def _go_round(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         loop, exchange = self.loop, self.exchange
         if self.name == "none":
             count = 1

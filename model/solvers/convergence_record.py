@@ -13,8 +13,10 @@ IDLE = 100  # residual tests without progress that are enough
 class NotConverged(RuntimeError):
     """The solve ended above its tolerance.
 
-    `residual`, `history`, `sweeps` and `cycles` say how far it came.
+    `residual`, `history`, `sweeps` and `cycles` say how far it came; `everybody`, whether all ranks met it.
     """
+
+    everybody = False
 
     def __init__(self, message: str, record: "Record"):
         super().__init__(message)
