@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array, diags_array
 
-from model.node_loop.blocks import BlockMatrix, defect
+from model.node_loop.blocks import defect
 from model.node_loop.node_loop import place_on_road
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
-from model.ranks.shared_levels import CoarsestMesh, SharedLevel
+from model.ranks.shared_levels import CoarsestMesh, SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
 from model.solvers.contact_solver import ContactSolver
 from model.solvers.convergence_record import NotConverged
@@ -73,13 +73,14 @@ class FirstGuess:
     ----------
     problem : SharedProblem
         On the finer mesh.
-    fine : SharedLevel
-        The finer mesh, with its way to the coarser one not yet truncated.
+    cycle : SharedCycle
+        On the finer mesh, truncated at supports only.
     solver : class
         Of the shared problem on meshes that are not the coarsest.
     """
 
-    def __init__(self, problem: SharedProblem, fine: SharedLevel, solver: Any):
+    def __init__(self, problem: SharedProblem, cycle: SharedCycle, solver: Any):
+        fine = cycle.levels[0]
         self.fine, self.exchange = fine, problem.exchanges[1]
         weights = problem.prolongations[0]
         at_candidates = weights[problem.contact_nodes]
@@ -91,15 +92,15 @@ class FirstGuess:
         coordinates[weights[copies].indices] = problem.coordinates[copies]
         self.exchange.update(coordinates)
         coarse = problem.coarser(A, coordinates, nodes, problem.normal[self.copies])
-        level = SharedLevel(BlockMatrix(A.indptr, A.indices, A.data.copy()), self.exchange, len(coordinates))
         self.nodes, self.weights, self.P = nodes, at_candidates, fine.P._replace(data=fine.P.data.copy())
         self.normal = problem.normal[self.copies]
         candidate = np.zeros(len(coordinates))
         candidate[nodes] = 1.0
         self.exchange.update(candidate)
         self.between = np.abs(at_candidates @ candidate - at_candidates.sum(axis=1)) < 1e-9
-        self.gathered = GatheredSolver(coarse, level) if not coarse.prolongations else None
-        self.solver = None if self.gathered else solver(coarse, progress=False)
+        coarsest = not coarse.prolongations
+        self.gathered = GatheredSolver(coarse, fine.coarser.copied()) if coarsest else None
+        self.solver = None if self.gathered else solver(coarse, progress=False, finer=cycle)
 
     def update_normals(self, loop: Any) -> None:
         """Follow the new normals of the finer mesh; collective."""

@@ -5,6 +5,7 @@ products are formed from the rows of the fine mesh, so that contributions to row
 """
 
 from collections.abc import Sequence
+from copy import copy
 from itertools import pairwise
 from typing import Any
 
@@ -38,6 +39,19 @@ class SharedLevel:
         self.weight, self.diagonal = np.zeros_like(self.inverse), np.zeros_like(self.inverse)
         self.z, self.rest, self.load = (np.zeros((nodes, self.d)) for _ in range(3))
         self.invert()
+
+    def copied(self) -> "SharedLevel":
+        """Return a level of its own that begins as this one, the way to the coarser mesh not truncated."""
+        other = copy(self)
+        other.A = self.A._replace(data=self.A.data.copy())
+        other.inverse, other.weight, other.diagonal = (
+            x.copy() for x in (self.inverse, self.weight, self.diagonal)
+        )
+        other.z, other.rest, other.load = (np.zeros_like(x) for x in (self.z, self.rest, self.load))
+        if hasattr(self, "P"):
+            other.P = self.P._replace(data=self.full.copy())
+            other.product = self.product._replace(data=self.product.data.copy())
+        return other
 
     def invert(self, rows: np.ndarray | None = None) -> None:
         """Invert the diagonal blocks of owned rows (k,), default all, with half their ghost entries' weight.
@@ -266,11 +280,25 @@ class SharedCycle:
         exchanges: Sequence[Any],
         ids: Sequence[np.ndarray],
     ):
-        self.levels = [finest]
+        levels = [finest]
+        for weights, exchange, numbers in zip(prolongations, exchanges, ids, strict=True):
+            levels.append(levels[-1].coarsen(weights, exchange, numbers))
+        self._take(levels)
+
+    def below(self, A: BlockMatrix) -> "SharedCycle":
+        """Return cycles that begin on the next coarser mesh, with its matrix kept in A."""
+        other = object.__new__(SharedCycle)
+        levels = [level.copied() for level in self.levels[1:]]
+        levels[0].A = A
+        for fine, coarse in pairwise(levels):
+            fine.coarser = coarse
+        other._take(levels)
+        return other
+
+    def _take(self, levels: list[SharedLevel]) -> None:
+        finest, self.levels = levels[0], levels
         self.held = np.tile(np.eye(finest.d), (finest.nodes, 1, 1))
         self.diagonal = finest.A.data[finest.middle].copy()
-        for weights, exchange, numbers in zip(prolongations, exchanges, ids, strict=True):
-            self.levels.append(self.levels[-1].coarsen(weights, exchange, numbers))
         self.coarsest = CoarsestMesh(self.levels[-1])
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:

@@ -107,6 +107,8 @@ class SharedSolver:
         Show a bar on rank 0.
     correction : str
         "multigrid" on nested meshes; else "algebraic" or "direct" by PETSc, or "none".
+    finer : SharedCycle, optional
+        Of the next finer mesh, whose coarser meshes are these.
     nested : bool
         Take first guesses from coarser meshes; for the rough loads of time steps they are no good.
     """
@@ -117,6 +119,7 @@ class SharedSolver:
         correction: str = "auto",
         progress: bool = True,
         nested: bool = True,
+        finer: SharedCycle | None = None,
     ):
         self.name = chosen(problem, correction)
         began = perf_counter()
@@ -127,22 +130,25 @@ class SharedSolver:
             announce_compilation()
         self.loop = SharedLoop(problem)
         N, d = problem.coordinates.shape
-        finest = SharedLevel(self.loop.A, self.exchange, N)
         self.fixed = np.zeros((N, d))
         self.fixed[: self.exchange.owned] = self.loop.uncoupled
         self.exchange.update(self.fixed)
         self.cycle: Any
-        if self.name in ("multigrid", "none"):
+        if finer is not None:
+            self.cycle = finer.below(self.loop.A)
+        elif self.name in ("multigrid", "none"):
             coarser = (problem.prolongations, problem.exchanges[1:], problem.ids[1:])
+            finest = SharedLevel(self.loop.A, self.exchange, N)
             self.cycle = SharedCycle(finest, *(coarser if self.name == "multigrid" else ((), (), ())))
         else:
+            finest = SharedLevel(self.loop.A, self.exchange, N)
             self.cycle = PetscCycle(finest, problem.coordinates, self.name)
         self.projectors = np.eye(d) * (1.0 - self.fixed)[:, :, None]
         nested = nested and self.name == "multigrid"
         if nested:  # coarser meshes are to see the supports
             held = np.flatnonzero(self.fixed.any(axis=1))
             self.cycle.truncate(held, self.projectors[held])
-        self.first_guess = FirstGuess(problem, finest, SharedSolver) if nested else None
+        self.first_guess = FirstGuess(problem, self.cycle, SharedSolver) if nested else None
         n = problem.contact_nodes.size
         self.follow, self.support, self._supports = np.zeros((n, d)), np.zeros((n, d, d)), False
         self.status: np.ndarray | None = None
