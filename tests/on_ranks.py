@@ -104,6 +104,14 @@ def tread():
     return contact, last
 
 
+def slippery():
+    """A block on a floor that is more slippery on one side; its friction grows along the road."""
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4), 2), Isotropic(E=1e3, nu=0.3))
+    support = Support(elasticity.body).fix("top", x=0.004, y=-0.01)
+    system = elasticity.system(elasticity.body_force((0.0, 0.0)), support)
+    return BodyOnRoad(system, "bottom", Plane(), lambda x: 0.1 + 0.3 * x[:, 0])
+
+
 def hollow():
     """The cylinder in a smooth hollow, without friction, held by contact but for one component."""
     x = np.linspace(-R, R, 101)
@@ -267,6 +275,7 @@ SCENES = {
     "below": below,
     "path": path,
     "tread": tread,
+    "slippery": slippery,
     "hollow": hollow,
     "corner": corner,
     "platen": platen,

@@ -42,23 +42,29 @@ class GatheredSolver:
             self.nodes,
             whole[self.nodes, 1:],
             np.zeros(self.nodes.size),
-            problem.friction,
+            None if problem.friction is None else problem.friction.with_each(lambda value: 0.0),
         )
         self.solver = ContactSolver(gathered, "direct", progress=False)
 
     def solve(
-        self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, reference: np.ndarray
+        self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, reference: np.ndarray, told: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return displacement (nodes held, d) and status (n,) of the owned candidates; collective."""
         mesh, d = self.mesh, b.shape[1]
-        spread = np.zeros((mesh.level.nodes, 1 + 2 * d))
-        spread[self.own - mesh.first] = np.column_stack([gap, normal, reference])
+        spread = np.zeros((mesh.level.nodes, 1 + 2 * d + told.shape[1]))
+        spread[self.own - mesh.first] = np.column_stack([gap, normal, reference, told])
         whole = mesh.gather(spread)[self.nodes]
+        told = whole[:, 1 + 2 * d :]
+        law: Any = self.solver.loop.friction
+        if law is not None:
+            columns = iter(told[:, 1:].T)
+            self.solver.loop.friction = law.with_each(lambda value: next(columns).copy())
         solution = self.solver.solve(
             mesh.gather(b),
             whole[:, 0],
             normal=whole[:, 1 : d + 1],
-            tangential_reference=whole[:, d + 1 :],
+            tangential_reference=whole[:, d + 1 : 2 * d + 1],
+            slipped=told[:, 0],
             tolerance=1e-6,
         )
         status = np.zeros(len(mesh.gather(b)), dtype=np.int8)
@@ -91,7 +97,13 @@ class FirstGuess:
         copies = np.flatnonzero(np.diff(weights.indptr) == 1)
         coordinates[weights[copies].indices] = problem.coordinates[copies]
         self.exchange.update(coordinates)
-        coarse = problem.coarser(A, coordinates, nodes, problem.normal[self.copies])
+        coarse = problem.coarser(
+            A,
+            coordinates,
+            nodes,
+            problem.normal[self.copies],
+            None if problem.friction is None else problem.friction.of(self.copies),
+        )
         self.nodes, self.weights, self.P = nodes, at_candidates, fine.P._replace(data=fine.P.data.copy())
         self.normal = problem.normal[self.copies]
         candidate = np.zeros(len(coordinates))
@@ -119,12 +131,13 @@ class FirstGuess:
         self.exchange.add(b)
         gap = loop.gaps(u, status)
         way = loop.sticking_place(self.copies) - u[loop.nodes[self.copies]]
+        told = loop.contact.state[self.copies]
         e, found = np.zeros(b.shape), np.zeros(self.copies.size, dtype=np.int8)
         with suppress(NotConverged, ValueError):  # a guess is a guess
             if self.gathered is not None:
-                e, found = self.gathered.solve(b, gap[self.copies], self.normal, way)
+                e, found = self.gathered.solve(b, gap[self.copies], self.normal, way, told)
             elif self.solver is not None:
-                e, found = self.solver.guess(b, gap[self.copies], way, NESTED)
+                e, found = self.solver.guess(b, gap[self.copies], way, told, NESTED)
         fine.transfers.prolong(P, e, u)
         marks = np.zeros((len(e), 2))
         left = gap[self.copies] + np.einsum("ca,ca->c", loop.frame[self.copies, 0], e[self.nodes])

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.sparse import bsr_array
 
 from model.node_loop.blocks import BlockMatrix
-from model.node_loop.friction_laws import as_law
+from model.node_loop.friction_laws import FrictionLaw, as_law
 from model.problem.contact_problem import length_scale, shaped
 
 
@@ -64,9 +64,6 @@ class SharedProblem:
             object.__setattr__(self, "normal", shaped("normal", self.normal, (n, d)))
             object.__setattr__(self, "gap", self.checked_gap(self.gap))
             object.__setattr__(self, "friction", as_law(self.friction))
-            parameters = self.friction.parameters.values() if self.friction is not None else ()
-            if not all(isinstance(value, float) for value in parameters):
-                raise ValueError("Friction that varies is not shared among ranks yet; run on one rank.")
         except ValueError as error:
             trouble = str(error)
         exchange.agree(trouble)
@@ -79,13 +76,18 @@ class SharedProblem:
         return np.zeros(self.normal.shape)
 
     def coarser(
-        self, A: BlockMatrix, coordinates: np.ndarray, nodes: np.ndarray, normal: np.ndarray
+        self,
+        A: BlockMatrix,
+        coordinates: np.ndarray,
+        nodes: np.ndarray,
+        normal: np.ndarray,
+        friction: FrictionLaw | None,
     ) -> "SharedProblem":
         """Return the problem on the next coarser mesh, of the rows A; loads and gaps come with each solve."""
         N, d = coordinates.shape
         rows = np.concatenate([A.indptr, np.full(N + 1 - A.indptr.size, A.indptr[-1])]).astype(np.int64)
         matrix = bsr_array((A.data, A.indices.astype(np.int64), rows), shape=(N * d, N * d))
-        arrays = (matrix, np.zeros((N, d)), coordinates, nodes, normal, np.zeros(nodes.size), self.friction)
+        arrays = (matrix, np.zeros((N, d)), coordinates, nodes, normal, np.zeros(nodes.size), friction)
         return SharedProblem(*arrays, self.prolongations[1:], self.exchanges[1:], self.ids[1:])
 
     def checked_gap(self, gap: np.ndarray) -> np.ndarray:

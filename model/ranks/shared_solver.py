@@ -197,6 +197,10 @@ class SharedSolver:
         assert b is not None and gap is not None
         self.take_planes(problem.normal if normal is None else normal)
         loop.slip_rate = slip_rate
+        if places is None and loop.friction is not None and loop.friction.by_place:
+            on = problem.normal if normal is None else normal
+            height = gap + np.einsum("ca,ca->c", on, reference)
+            places = problem.coordinates[loop.nodes] + reference - height[:, None] * on
         state = loop.told(np.zeros(loop.nodes.size) if slipped is None else slipped, places)
         loop.set_load(b, gap, reference, state)
         status = loop.start(u, start_status)
@@ -239,11 +243,11 @@ class SharedSolver:
         self._rounds(u, status, record)
 
     def guess(
-        self, b: np.ndarray, gap: np.ndarray, reference: np.ndarray, tolerance: float
+        self, b: np.ndarray, gap: np.ndarray, reference: np.ndarray, told: np.ndarray, tolerance: float
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return displacement (nodes held, d) and status (n,) after a few rounds; collective."""
         loop = self.loop
-        loop.set_load(b[: self.exchange.owned], gap, reference)
+        loop.set_load(b[: self.exchange.owned], gap, reference, told)
         u = np.zeros((len(b), b.shape[1]))
         status = loop.start(u, None)
         if self.first_guess is not None:
