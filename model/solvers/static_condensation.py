@@ -43,7 +43,7 @@ from model.solvers.semismooth_newton import SmallProblem
 
 HARD = 1e4  # times the softest unknown; it costs as many digits as it has
 SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
-IDLE = 4  # cycles without progress that are enough: each is exact but for rounding,
+IDLE = 8  # cycles without progress that are enough: each is exact but for rounding,
 FALL = 0.5  # so that one which does not halve the residual is none
 NEAR = 1e-6  # of the largest gap: who is so near to the road, once the body has landed, may touch
 NOBODY = np.zeros(0, dtype=np.int64)

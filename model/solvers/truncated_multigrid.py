@@ -48,6 +48,7 @@ UNSTEADY = (
 )
 FORCING = 1.5  # inexact Newton: R. S. Dembo, S. C. Eisenstat, T. Steihaug, SIAM J. Numer. Anal. 19 (1982)
 PATIENCE = 8  # rounds in which the residual need not fall; then the problem is condensed
+FALL = 0.9  # of the residual is progress
 KRYLOV = 30  # cycles in one correction at most
 GUESSES = 30  # rounds on a coarser mesh at most
 NESTED = 1e-1  # natural residual to which coarser meshes solve for a first guess
@@ -306,7 +307,7 @@ class Multigrid:
             residual = loop.residual(u, status)
             if record.finished(residual):
                 return
-            if residual < best:
+            if residual < FALL * best:
                 best, idle = residual, 0
                 self.best[:], best_status[:] = u, status
             elif idle < PATIENCE:
