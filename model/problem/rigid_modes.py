@@ -182,15 +182,16 @@ class RigidModes:
             work = np.concatenate([work, more[opposes]])
         return True
 
-    def landing(self, b: np.ndarray, normal: np.ndarray, mu: Any, gap: np.ndarray) -> np.ndarray:
+    def landing(self, b: np.ndarray, normal: np.ndarray, mu: Any, gap: np.ndarray) -> tuple[np.ndarray, str]:
         """The motion (N, d) by which the load (N, d) would bring the body to rest, were it rigid.
 
         The body goes the way that the nodes on the road leave it, until the next arrives (gradient
-        projection, J. B. Rosen, J. SIAM 8 (1960) 181).
+        projection, J. B. Rosen, J. SIAM 8 (1960) 181). Where only friction could hold the body it may go on
+        for ever: the motion is then returned in words as well.
         """
         amplitudes, height = np.zeros(self.count), float(gap.max(initial=0.0))
         if height <= 0.0:
-            return np.zeros_like(b)
+            return np.zeros_like(b), ""
         work, rise = self._work(normal, mu), self._work(normal, 0.0)
         for _ in range(LANDINGS):
             near = np.tile(gap <= SEEN * height, len(work) // gap.size)
@@ -198,11 +199,12 @@ class RigidModes:
             speed = rise @ left
             falls = speed < -SEEN * np.abs(speed).max(initial=0.0)
             if not falls.any():
-                break
+                away = self._in_words(left) if left.any() else ""
+                return (self.modes @ amplitudes).reshape(b.shape), away
             time = float(np.min(np.maximum(gap[falls], 0.0) / -speed[falls]))
             amplitudes += time * left
             gap = gap + time * speed
-        return (self.modes @ amplitudes).reshape(b.shape)
+        return (self.modes @ amplitudes).reshape(b.shape), ""
 
     def loose(self, frame: np.ndarray, status: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Amplitudes (m, z) of the modes that leave in place all nodes that press on the road.

@@ -308,12 +308,16 @@ class ContactSolver:
             at = base[loop.nodes]
             loop.set_load(rest, gap_at(gap, loop.normal, at), reference - at, state)
 
+        self._away = ""
         base = self.rigid.part_of(u)  # carried apart: A does not resist it, but would round it
         u -= base
         aim(base, load)
         status = loop.start(u, start_status)
         if self.rigid.count and not status.any():
-            base += self.rigid.landing(load, loop.frame[:, 0], loop.coefficient, loop.gaps(u, status))
+            landed, self._away = self.rigid.landing(
+                load, loop.frame[:, 0], loop.coefficient, loop.gaps(u, status)
+            )
+            base += landed
             aim(base, load)
             status = loop.start(u, status)
         record = self._record(u, status, first, tolerance, limit)
@@ -374,6 +378,15 @@ class ContactSolver:
                 stacklevel=3,
             )
 
+    def _carried_off(self) -> list[str]:
+        """Say that the body, let go, would never come to rest, if so."""
+        if not self._away:
+            return []
+        return [
+            f"the load, which carries the body off in {self._away} without end, for only friction could hold "
+            "it: load it towards the road or fix it"
+        ]
+
     def _require_room(self, u: np.ndarray, gap: np.ndarray, normal: np.ndarray) -> None:
         """Refuse a node that is prescribed a place below the road."""
         loop, problem = self.loop, self.problem
@@ -407,7 +420,7 @@ class ContactSolver:
             limit + len(history),
             lambda: loop.sweeps - first,
             self.progress,
-            lambda tests: likely_causes(loop, u, status, tests, tolerance, name),
+            lambda tests: self._carried_off() + likely_causes(loop, u, status, tests, tolerance, name),
             lambda: rounding_floor(loop.A, u, loop.load_size + length(loop.force)),
             history=list(history),
         )

@@ -21,6 +21,8 @@ EPS = float(np.finfo(float).eps)
 TOLERANCE = 1e-9  # of the forces at work; solutions are asked for with a natural residual of 1e-10
 CONIC = 1e-6  # of force squared times softness; what the conic solver is asked for, 1e-8, and a margin
 DRIVEN = 1e-7  # power of a unit of load in a rigid motion of unit size, beyond which it counts
+NOT_MOVED = 1e-6  # of the load: motions below it are what the conic solver leaves of none
+LANDINGS = 100  # nodes that may arrive one after the other
 CLOSE = 1e3  # elastic displacements within which a node may touch
 
 
@@ -192,18 +194,20 @@ def _by_cones(
         cones.append(clarabel.NonnegativeConeT(2 * Z.shape[0]))
     P = block_array([[A[keep][:, keep], None], [None, csc_array((k, k))]]) if k else A[keep][:, keep]
     q = np.concatenate([q.ravel()[keep], bound[sticks]])
-    value, found = _minimum(P, q, block_array(blocks), np.concatenate(right), cones)
+    value, _, found = _minimum(P, q, block_array(blocks), np.concatenate(right), cones)
     value -= float(bound[sticks] @ way[sticks])
     return [f"an increment lowers the energy by {-value:.1e}"] if found and value < -CONIC else []
 
 
-def _minimum(P: Any, q: np.ndarray, rows: Any, right: np.ndarray, cones: list) -> tuple[float, bool]:
-    """Return the least 1/2 x.P x + q.x over rows x + s = right, s in the cones, and whether it was found."""
+def _minimum(
+    P: Any, q: np.ndarray, rows: Any, right: np.ndarray, cones: list
+) -> tuple[float, np.ndarray, bool]:
+    """Return the least 1/2 x.P x + q.x over rows x + s = right, s in the cones, x, and if it was found."""
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1
     found = clarabel.DefaultSolver(triu(P, format="csc"), q, csc_array(rows), right, cones, settings).solve()
-    return found.obj_val, str(found.status) in ("Solved", "AlmostSolved")
+    return found.obj_val, np.array(found.x), str(found.status) in ("Solved", "AlmostSolved")
 
 
 def _frames(normal: np.ndarray) -> np.ndarray:
@@ -260,5 +264,38 @@ def driven_power(posed: Posed, directions: np.ndarray | None = None) -> float:
     cones.append(clarabel.NonnegativeConeT(2 * m))
     rows = np.concatenate(blocks)
     right = np.concatenate([np.zeros(len(rows) - 2 * m), np.ones(2 * m)])
-    value, _ = _minimum(csc_array((m, m)), -load / size, csr_array(rows), right, cones)
+    value, _, _ = _minimum(csc_array((m, m)), -load / size, csr_array(rows), right, cones)
     return -value
+
+
+def never_rests(posed: Posed) -> bool:
+    """Tell whether a body off the road that only friction could hold, let go, is carried off without end.
+
+    As a rigid body it moves by the admissible motion nearest to the load's, which the conic solver finds: one
+    that the friction cones of the nodes on the road let pass. Each next node that arrives changes it.
+    """
+    Z, d = free_motions(posed), posed.b.shape[1]
+    m, size = Z.shape[1], float(np.linalg.norm(posed.b))
+    if m == 0 or size == 0.0:
+        return False
+    at = np.einsum("cta,cam->ctm", _frames(posed.normal), Z.reshape(-1, d, m)[posed.nodes])
+    load, gap = Z.T @ posed.b.ravel() / size, posed.gap.copy()
+    for _ in range(LANDINGS):
+        near = gap <= 1e-9 * gap.max()
+        rows = [-np.concatenate([local[:1], posed.mu * local[1:]]) for local in at[near]]
+        cones = [clarabel.SecondOrderConeT(d) for _ in rows]
+        rows.append(np.zeros((1, m)))
+        cones.append(clarabel.ZeroConeT(1))
+        right = np.zeros(sum(len(row) for row in rows))
+        _, motion, found = _minimum(
+            csc_array(np.eye(m)), -load, csr_array(np.concatenate(rows)), right, cones
+        )
+        if not found or np.linalg.norm(motion) < NOT_MOVED:
+            return False
+        speed = at[:, 0] @ motion
+        falls = speed < -1e-6 * np.abs(speed).max()
+        if not falls.any():
+            return True
+        time = np.min(np.maximum(gap[falls], 0.0) / -speed[falls])
+        gap = gap + time * speed
+    return False

@@ -12,7 +12,7 @@ from model import ContactSolver, MovingBody, NotConverged, follow, solve
 from model.dynamics.schemes import IMPLICIT
 from model.quasistatics.curved_contact import CurvedContact
 
-from .judge import DRIVEN, EPS, Answer, Posed, complaints, driven_power
+from .judge import DRIVEN, EPS, Answer, Posed, complaints, driven_power, never_rests
 from .scenes import SMALL_ENOUGH, Scene, elastic
 
 OUTCOMES = ("solved", "wrong", "refused, confirmed", "refused wrongly", "not converged")
@@ -89,7 +89,7 @@ def tried(scene: Scene) -> dict[str, Any]:
                 break
     except NotConverged as error:
         outcome.outcome, outcome.said = "not converged", str(error)
-        if _power(scene) > DRIVEN:
+        if _power(scene) > DRIVEN or (not scene.curved and never_rests(_posed(scene))):
             outcome.outcome = "refused, confirmed"
     except ValueError as error:
         confirmed = _power(scene) > EDGE * DRIVEN
