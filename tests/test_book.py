@@ -4,6 +4,7 @@ import base64
 import os
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,16 @@ def test_faults_of_a_site_are_found(parts, tmp_path):
     assert "no such anchor" in faults[0] and "not there" in faults[1] and "without a text" in faults[3]
 
 
+def test_broken_references_fail(tmp_path):
+    from sphinx.cmd.build import build_main
+
+    (tmp_path / "source").mkdir()
+    options = ["-q", "-W", "-c", str(BOOK), "-D", "html_static_path="]
+    for text, broken in (("# A page", False), ("# A page\n\n{doc}`nowhere`", True)):
+        (tmp_path / "source" / "index.md").write_text(text)
+        assert bool(build_main([*options, str(tmp_path / "source"), str(tmp_path / "out")])) == broken
+
+
 def test_benchmarks_name_their_tests(parts):
     from benchmark_page import asserted, named
 
@@ -144,6 +155,49 @@ def test_nothing_comes_from_the_network(site):
         if 'src="http' in line or ('rel="stylesheet"' in line and 'href="http' in line)
     ]
     assert outside == []
+
+
+ASK = """
+import sys
+from paraview import simple
+for name in sys.argv[1:]:
+    reader = simple.XDMFReader(FileNames=[name])
+    for time in (reader.TimestepValues or [0.0])[-1:]:
+        reader.UpdatePipeline(time)
+    print(name, reader.GetDataInformation().GetNumberOfPoints(), *reader.PointData.keys(), sep="|")
+    simple.Delete(reader)
+"""
+
+
+def test_paraview_reads_all_that_lessons_have_written(site, tmp_path):
+    if not (shutil.which("pvpython") and shutil.which("xvfb-run")):
+        pytest.skip("pvpython and xvfb-run are not there: on Debian, apt install paraview xvfb xauth")
+    script, files = tmp_path / "ask.py", sorted(site.with_name(f"{site.name}-build").glob("run/**/*.xdmf"))
+    script.write_text(ASK)
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    command = ["xvfb-run", "-a", "pvpython", script, *files]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    lines = [line.split("|") for line in done.stdout.splitlines() if "|" in line]
+    assert [Path(name) for name, *_ in lines] == files and len(files) > 30
+    for name, points, *fields in lines:
+        assert int(points) > 0
+        road = name.endswith("_road.xdmf")
+        needed = {"height", "normal"} if road else {"displacement", "contact_pressure", "gap", "status"}
+        assert needed <= set(fields), name
+        assert road or Path(name.replace(".xdmf", "_road.xdmf")).exists(), name
+
+
+def test_notebooks_without_output_run_elsewhere(site, tmp_path):
+    import nbformat
+    from nbclient import NotebookClient
+
+    bare = next(site.rglob("_downloads/**/node_and_spring.ipynb"))
+    notebook = nbformat.read(bare, as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells)
+    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    assert (tmp_path / "results" / "node_and_spring" / "summary.json").exists()
+    filled = nbformat.read(next(site.rglob("_downloads/**/node_and_spring_with_output.ipynb")), as_version=4)
+    assert any(cell.get("outputs") for cell in filled.cells)
 
 
 @pytest.fixture(scope="module")
