@@ -92,7 +92,7 @@ scene.finish(solutions[-1])
 # 1. One, since all slip goes the same way: a step sees where it ends. There and back: one for each turn.
 assert np.allclose(along([(1.0, most), (1.0, 0.0)])[1], [end, end / 2])
 # 2. By its first pull only: from then on it comes back each time to where it was, and nothing slips any further.
-_, walked = along([(0.5, 0.0), (0.5, most), (1.0, most), (1.0, 0.0)] * 10)
-print("after each pull:", walked[2::4].round(4), "after each release:", walked[3::4].round(4))
+_, walked = along([(0.5, 0.0), *((0.5, q) for q in up[3::4]), (1.0, most), (1.0, 0.0)] * 10)
+print("after each pull:", walked[4::6].round(4), "after each release:", walked[5::6].round(4))
 # 3. Half of it, by (b); and 0 = u_m - (Q_m - Q)^2 / (4 c) gives Q = Q_m (1 - sqrt(2)).
 assert abs(along([(1.0, q) for q in (most, most * (1 - np.sqrt(2)))])[1][-1]) < 0.01 * end
