@@ -265,3 +265,19 @@ def test_a_shift_makes_a_matrix_definite_and_leaves_a_definite_one_alone():
     A = bsr_array(np.diag([2.0, -1.0, 3.0, 1.0]), blocksize=(2, 2))
     assert indefinite(A) and not indefinite(shifted(A, np.ones(4)))
     assert shifted(A @ A, np.ones(4)).toarray() == pytest.approx((A @ A).toarray())
+
+
+@pytest.mark.parametrize("seen", [False, True])
+def test_a_body_above_the_road_that_a_force_brings_down(seen):
+    """Nobody is below the road where the step is guessed to end; forces bring the lowest nodes there."""
+    scheme = EnergyMomentum(ring_above_road(0.5, height=0.001), 0.01)
+    body, solver = scheme.body, scheme.solvers["step"]
+    state = scheme.start()
+    gap, normal = body.gaps(state.displacement)
+    back = np.zeros_like(normal)
+    if seen:  # a problem of many nodes has been solved before
+        solver.solve(np.zeros_like(body.coordinates), gap - 0.05, normal, back, state)
+    weight = body.load_at(0.0) * 100.0
+    touch = solver.solve(weight, gap, normal, back, state)
+    assert touch.count >= 1 and touch.gap.min() == 0.0 and touch.residual < 1e-10
+    assert np.einsum("ca,ca->c", normal, touch.force).min() > -1e-12 * np.abs(touch.force).max()
