@@ -20,6 +20,8 @@ def test_quick_lesson(quick):
         assert results[f"momentum_error[{at}]"] < 1e-9
     assert results["rolling_speed"] == pytest.approx(1.266, rel=0.01)
     assert results["sliding_to_rolling_time"] == pytest.approx(0.748, rel=0.01)
+    assert results["rolling_energy_loss[energy-momentum]"] > 1e-3
+    assert abs(results["rolling_energy_loss[energy-momentum, lossless contact]"]) < 1e-10
     for name in ("outlines", "swelling", "sliding_to_rolling"):
         assert (quick.out / f"{name}.png").stat().st_size > 10_000
     with np.load(quick.out / "problem.npz") as problem:

@@ -151,6 +151,18 @@ def note_rolling(scene: Scene, scheme: Any, mu: float, v0: float, end: float) ->
     return {"computed": (times, speeds), "closed form (b)": (times, closed)}
 
 
+def rolls(scheme: Any, revolutions: float, speed: float = 2.0) -> History:
+    """Roll a ring from its sag at a speed (m/s), and return the history."""
+    u = sagged(scheme.body)
+    round_ = treadmill(scheme.body, u)
+    spin = speed / np.linalg.norm(round_[np.argmin(scheme.body.coordinates[:, 1])])
+    begin = scheme.start(u, [speed, 0.0] - spin * round_)
+    history = History(scheme, begin)
+    for _ in march(scheme, begin, round(2 * np.pi * revolutions / spin / scheme.dt), history):
+        pass
+    return history
+
+
 def treadmill(moving: FiniteBody, u: np.ndarray) -> np.ndarray:
     """Change of the positions (N, 2) as the material goes round through a shape that stays, per radian."""
     X = moving.coordinates
