@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from scipy.linalg.lapack import dpotrf
+from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.sparse import bsr_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
@@ -209,7 +209,8 @@ def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None, kernel: np.ndar
     if failed or np.any(pivots**2 < 1e-11 * inside.diagonal()):
         inverse[np.ix_(supported, supported)] = np.linalg.pinv(inside, rcond=1e-12, hermitian=True)
     else:
-        inverse[np.ix_(supported, supported)] = np.linalg.inv(inside)
+        lower = np.tril(dpotri(factor, lower=True)[0])
+        inverse[np.ix_(supported, supported)] = lower + np.tril(lower, -1).T
     return inverse
 
 
