@@ -13,9 +13,15 @@ import numpy as np
 from numba import njit
 from scipy.sparse import bsr_array, csr_array
 
-from model.node_loop.blocks import BlockMatrix, backward_sweep, generalised_inverses, sweep_from_zero
+from model.node_loop.blocks import (
+    BlockMatrix,
+    backward_sweep,
+    block_matrix,
+    generalised_inverses,
+    sweep_from_zero,
+)
 from model.solvers.galerkin_coarsening import galerkin_pattern, nodal_prolongation, transfers, transposed
-from model.solvers.truncated_multigrid import projected_inverses
+from model.solvers.truncated_multigrid import dense_inverse, projected_inverses
 
 
 class SharedLevel:
@@ -240,7 +246,8 @@ class CoarsestMesh:
         level = self.level
         d = level.d
         if self.inverse is None:
-            self.inverse = np.linalg.pinv(self.matrix().toarray(), rcond=1e-12, hermitian=True)
+            A = block_matrix(self.matrix())
+            self.inverse = dense_inverse(A, None, np.zeros((d * sum(self.counts), 0)))
         whole = self.gather(r)
         z[:] = (self.inverse @ whole.ravel()).reshape(-1, d)[self.number]
 
