@@ -338,15 +338,19 @@ class ContactSolver:
         spent = seconds + self._unpaid
         setup, self._unpaid = self._unpaid, 0.0
         force, pressure = loop.reaction()
+        gaps = loop.gaps(u, status)
         loop.confirm(status)
-        distance, u = loop.part * loop.gaps(u, status), base + u
+        lies = status != Status.FREE  # some by rounding only: their gap goes
+        u[loop.nodes[lies]] -= gaps[lies, None] * loop.frame[lies, 0]
+        u = base + u
+        distance = np.where(status == Status.FREE, gap_at(gap, normal, u[loop.nodes]), 0.0)
         if loop.friction is not None:
             loop.rub_guided(force, pressure, u[loop.nodes] - reference)
         return Solution(
             displacement=u,
             contact_force=force,
             pressure_force=pressure,
-            gap=distance,
+            gap=np.maximum(distance, 0.0),
             status=status,
             state=np.asarray(status == Status.SLIP, dtype=np.float64),
             unique=not self.rigid.loose(loop.frame, status, pressure).shape[1],

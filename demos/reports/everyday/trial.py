@@ -258,7 +258,7 @@ def _in_time(scene: Scene) -> tuple[list, Any]:
             gap,
             problem.friction_coefficient,
             -moved[body.contact_nodes],
-            rounding=16 * EPS * (np.abs(before.displacement).max() + body.size),
+            rounding=16 * EPS * (np.abs(before.displacement).max() + np.abs(moved).max() + body.size),
         )
         pairs.append((posed, Answer(touch.increment, scheme.solvers["step"].loop.reaction()[0], touch.gap)))
     return pairs, state
