@@ -36,6 +36,18 @@ class LosslessContact(EnergyMomentum):
     a node touches down. Steps in contact cost a third more, and vibrations that an impact has excited stay. A
     step for which no such `a` is found is halved, and at last taken as `EnergyMomentum` takes it; its loss is
     in the ledger.
+
+    Examples
+    --------
+    >>> from forms import Hyperelasticity, NeoHookean
+    >>> from geometry import Body, Plane, rectangle
+    >>> from model import FiniteBody, LosslessContact
+    >>> rubber = Hyperelasticity(Body.from_grid(rectangle(2.0, 1.0, 6, 4)), NeoHookean(E=1e4, nu=0.3))
+    >>> weight, road = rubber.body_force((0.0, -10.0)), Plane((0.0, -0.001))
+    >>> scheme = LosslessContact(FiniteBody.from_forms(rubber, 1.0, weight, road, "bottom"), dt=0.005)
+    >>> state = scheme.run(scheme.start(), 5)
+    >>> bool(state.gap.min() == 0.0)  # it has landed
+    True
     """
 
     name = "energy-momentum, lossless contact"
