@@ -38,7 +38,7 @@ from model.solvers.projected_newton import free_modes, project_newton
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
 ENOUGH = 0.1  # of the residual: a Newton step that leaves no more needs no sweep to mend it
-PATIENCE = 6  # chains, pivotings and convex problems without half the residual
+PATIENCE = 20  # chains, pivotings and convex problems without half the residual
 STEPS = 30  # of a convex problem
 HALVINGS = 10  # of a Newton step whose energy does not fall
 
@@ -539,9 +539,9 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
                 break
             judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
             trial, decided, after = u.copy(), status.copy(), best
-            if pivots:
+            if pivots and idle == PATIENCE - 2:
                 pivots = False
-                after = pivoted(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+                after = pivoted(arrays, contact, b, trial, decided, R, force, bound, slip_rate, slight)
             else:
                 bounds = np.empty((status.size, 1))
                 for c in range(status.size):
@@ -594,12 +594,19 @@ def with_state(contact, state):
 
 
 @njit(cache=True, error_model="numpy")
-def pivoted(arrays, contact, b, u, status, R, force, bound, slip_rate):
-    """Set u and status to what pivoting finds for the coefficients at hand; return the residual."""
+def pivoted(arrays, contact, b, u, status, R, force, bound, slip_rate, slight):
+    """Set u and status to what pivoting and Newton's steps from there find; return the natural residual."""
     mu = np.empty(status.size)
     for c in range(mu.size):
         mu[c] = allowed(bound, 1.0, 0.0, contact.state[c])
-    u[:], status[:], _, count = contact_by_pivoting(arrays.S, b, contact.gap, contact.reference, mu)
+    trial, found, _, count = contact_by_pivoting(arrays.S, b, contact.gap, contact.reference, mu)
+    decided, best = found.astype(status.dtype), np.inf
     arrays.steps[0] += count
-    place_all_on_surface(contact, u, status)
+    for _ in range(CHAIN):
+        place_all_on_surface(contact, trial, decided)
+        after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+        if after < best:
+            u[:], status[:], best = trial, decided, after
+        step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
+        trial = trial + step.reshape(u.shape)
     return judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
