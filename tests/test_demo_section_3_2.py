@@ -36,6 +36,13 @@ def test_quick_demo(quick):
             assert 0 <= value < 20
         if key.startswith("spin"):
             assert value < -0.3  # it rolls the way it goes
+    assert results["second_touch[finite, mu=0.1]"] == 1.03  # an independent program, same mesh and dt
+    assert abs(results["rotation[finite, mu=0.1]"] + 1.141) < 5e-4
+    assert (
+        results["second_touch[linear, mu=0.1]"] < 1.0 and results["mean_radius_change[linear, mu=0.1]"] > 0.1
+    )
+    assert abs(results["mean_radius_change[finite, mu=0.1]"]) < 3e-3
+    assert results["energy_change[finite, mu=0.1]"] < 0.0
     assert abs(results["kinetic_energy_at_start"] / 32.9867 - 1) < 1e-3
     assert results["steps_per_wave_period"] < 10  # missed, as the page of known defects says
     assert summary["cost"]["residual"] <= 1e-10
