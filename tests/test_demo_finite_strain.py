@@ -13,7 +13,12 @@ def test_quick_study(quick):
     assert results["off_linear_over_speed[v0=0.001]"] == pytest.approx(6.8e-7, rel=0.05)
     assert results["incline_acceleration[mu=0.05, 96 cells]"] == pytest.approx(1.2204, rel=0.003)
     assert results["force[r=0.2, 96 x 10, mu=0.5, 30%]"] == pytest.approx(59.50, abs=0.006)
-    assert 0.0 < results["rolling_energy_loss[dt=0.01]"] < results["rolling_energy_loss[dt=0.02]"]
+    lossy, kept = (
+        "rolling_energy_loss[energy-momentum, dt={}]",
+        "rolling_energy_loss[lossless contact, dt={}]",
+    )
+    assert 0.0 < results[lossy.format(0.01)] < results[lossy.format(0.02)]
+    assert abs(results[kept.format(0.01)]) < 1e-9
     assert results["max_energy_gain"] < 1e-10 and results["spin_error"] < 1e-10
     assert results["cost_ratio_to_linear_step"] > 1.0
     assert (quick.out / "rolling.png").stat().st_size > 10_000
