@@ -19,10 +19,13 @@ from matplotlib.ticker import NullFormatter
 
 COLOUR_MAP = "viridis"
 COLOURS = ["black", "#0072b2", "#d55e00", "#009e73", "#7f7f7f", "#cc79a7", "#56b4e9", "#e69f00", "0.4"]
-DASHES = ["-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 3)), (0, (8, 2)), (0, (4, 2, 1, 2))]
+DASHES: list[tuple[int, ...]] = [
+    *[(), (4, 2), (6, 2, 1, 2), (1, 2), (5, 1), (3, 1, 1, 1), (1, 3), (8, 2), (4, 2, 1, 2)],
+    *[(1, 1), (10, 3), (6, 1, 1, 1, 1, 1)],
+]
 LOOKS: list[dict[str, Any]] = [
-    {"color": color, "marker": marker, "linestyle": dash}
-    for color, marker, dash in zip(cycle(COLOURS), "Dos^vxP*+<>phX", cycle(DASHES))
+    {"color": color, "marker": marker, "linestyle": (0, dash) if dash else "-"}
+    for color, marker, dash in zip(cycle(COLOURS), "Dos^vxP*+<>p", DASHES)
 ]
 OUTLINE = {3: [0, 1, 2], 4: [0, 1, 3, 2]}  # corners in a row, from dolfinx's order
 VTK_CELLS = {
