@@ -1,6 +1,7 @@
 """What tests of demos share."""
 
 import json
+import os
 import runpy
 import sys
 import warnings
@@ -14,6 +15,15 @@ import pytest
 from harness.scene import Scene
 from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
+
+# For Open MPI, which refuses to run as root and more ranks than cores; MPICH takes both.
+os.environ |= {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+}
 
 DEMOS = Path(__file__).parents[1] / "demos"
 

@@ -96,7 +96,7 @@ def test_a_body_that_may_tip_says_that_its_place_is_one_of_many():
     system = ELASTICITY.system(load, support)
     corner = BodyOnRoad(system, "bottom", Plane()).problem
     solution = solve(corner, "direct")
-    assert np.count_nonzero(solution.pressure_force) == 1
+    assert np.count_nonzero(solution.pressure_force > 1e-18) == 1  # the load is 1e-6
     assert not solution.unique
     held = solve(solve_block(x=0.0)[0], "direct")
     assert held.unique

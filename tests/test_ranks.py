@@ -12,14 +12,6 @@ import pytest
 from on_ranks import found
 
 LAUNCHER = shutil.which("mpirun", path=str(Path(sys.executable).parent)) or shutil.which("mpirun")
-# For Open MPI, which refuses to run as root and more ranks than cores; MPICH takes both.
-OPEN_MPI = {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
-    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
-}
 pytestmark = pytest.mark.skipif(LAUNCHER is None, reason="there is no mpirun here")
 
 
@@ -57,7 +49,7 @@ def started(ranks, *arguments):
     paths = [str(here.parent), str(here), os.environ.get("PYTHONPATH", "")]
     return subprocess.run(
         [LAUNCHER, "-n", str(ranks), sys.executable, *map(str, arguments)],
-        env=os.environ | OPEN_MPI | {"PYTHONPATH": os.pathsep.join(paths)},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
         stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
 

@@ -44,7 +44,7 @@ def run(kind, refinements, mu, ranks):
     environment = os.environ | threads | {"PYTHONPATH": os.pathsep.join(paths)}
     done = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     if done.returncode:
-        scene.error(f"{kind} on {ranks} ranks failed: {done.stderr[-500:]}")
+        raise RuntimeError(f"{kind} on {ranks} ranks failed: {done.stderr[-500:]}")
     return json.loads(out.read_text())
 
 
@@ -63,7 +63,9 @@ def unknowns(found):
 
 # %%
 if LAUNCHER is None:
-    scene.error("there is no mpirun beside this Python or on the path; install MPICH or Open MPI")
+    raise FileNotFoundError(
+        "There is no mpirun beside this Python or on the path; install MPICH or Open MPI."
+    )
 LARGE = {"plane": 3, "space": 1} if scene.quick else {"plane": 6, "space": 4}
 cases = [(kind, mu) for kind in LARGE for mu in ((0.3,) if scene.quick else (0.0, 0.3))]
 ranks = sorted({1, 2, CORES})
