@@ -304,21 +304,21 @@ class ContactSolver:
         self._require_room(u, gap, normal)
         loop.slip_rate, first, steps = slip_rate, loop.sweeps, int(self.correction.steps[0])
 
-        def aim(base: np.ndarray, rest: np.ndarray) -> None:
+        def put_load(base: np.ndarray, rest: np.ndarray) -> None:
             at = base[loop.nodes]
             loop.set_load(rest, gap_at(gap, loop.normal, at), reference - at, state)
 
         self._away = ""
         base = self.rigid.part_of(u)  # carried apart: A does not resist it, but would round it
         u -= base
-        aim(base, load)
+        put_load(base, load)
         status = loop.start(u, start_status)
         if self.rigid.count and not status.any():
             landed, self._away = self.rigid.landing(
                 load, loop.frame[:, 0], loop.coefficient, loop.gaps(u, status)
             )
             base += landed
-            aim(base, load)
+            put_load(base, load)
             status = loop.start(u, status)
         record = self._record(u, status, first, tolerance, limit)
         self.correction.solve(u, status, record)
@@ -328,7 +328,7 @@ class ContactSolver:
                 record.give_up("the displacement in two parts is no truer than in one")
             least = record.best
             bent, base, before = bent + (u - self.rigid.part_of(u)), base + u, record.history
-            aim(base, missing_at(problem.A, load, bent))
+            put_load(base, missing_at(problem.A, load, bent))
             loop.load_size = load_size
             u[:] = 0.0
             status[:] = loop.start(u, status)
