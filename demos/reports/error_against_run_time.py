@@ -586,6 +586,7 @@ panels[0, 0].legend(frameon=False, fontsize="x-small")
 scene.figure(figure, "error_against_run_time")
 
 every = {name: [k for k in levels if k in seconds[name]] for name in seconds}
+every = {name: ks for name, ks in every.items() if ks}
 figure = convergence_figure(
     {name: np.array([found[k]["dofs"] for k in ks]) for name, ks in every.items()},
     {name: np.array([1e6 * seconds[name][k] / found[k]["dofs"] for k in ks]) for name, ks in every.items()},
