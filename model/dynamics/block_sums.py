@@ -1,7 +1,7 @@
-"""Sums and parts of large block-sparse matrices, without the copies that scipy makes on the way."""
+"""Sums of large block-sparse matrices, without the copies that scipy makes on the way."""
 
 import numpy as np
-from scipy.sparse import bsr_array, csr_array
+from scipy.sparse import bsr_array
 
 PIECE = 1 << 16  # blocks at a time
 
@@ -32,11 +32,3 @@ def scaled_by_nodes(A: bsr_array, s: np.ndarray) -> bsr_array:
     """Return S A S with S diagonal, s (N,) of it for each node."""
     rows = np.repeat(np.arange(s.size), np.diff(A.indptr))
     return bsr_array(((s[rows] * s[A.indices])[:, None, None] * A.data, A.indices, A.indptr), shape=A.shape)
-
-
-def block_among(A: bsr_array, nodes: np.ndarray) -> bsr_array:
-    """Return the rows and columns of A that belong to nodes (n,), as a matrix of its own."""
-    N, d = A.indptr.size - 1, A.blocksize[0]
-    place = csr_array((np.arange(1, A.indices.size + 1), A.indices, A.indptr), shape=(N, N))
-    place = csr_array(place[nodes][:, nodes])
-    return bsr_array((A.data[place.data - 1], place.indices, place.indptr), shape=(nodes.size * d,) * 2)

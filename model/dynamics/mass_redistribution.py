@@ -24,6 +24,7 @@ from model.dynamics.massless_nodes import MasslessNodes
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State
+from model.node_loop.node_loop import along_road
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 from model.problem.rigid_modes import centred, rigid_motions
@@ -137,7 +138,7 @@ class MassRedistribution(Midpoint):
             state.work.load += total(float(np.vdot(late[nodes], e)))
         if self.body.friction is None:
             return added
-        tangential = force - np.einsum("ca,ca,cb->cb", force, normal, normal)
+        tangential = along_road(force, normal)
         slipped = total(float(np.vdot(tangential, e)))
         state.work.friction += slipped
         return added - slipped

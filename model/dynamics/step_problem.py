@@ -30,10 +30,8 @@ def step_problem(integrator: TimeIntegrator, before: State) -> tuple[ContactProb
     integrator.step(before)
     moved, b, touch = integrator.posed
     body, A = integrator.body, integrator.effective_matrix()
-    gap, normal = integrator.ground(before)
-    way = integrator.way(before)
-    if body.road_moves:
-        gap, normal = body.gaps(before.displacement, (before.step + 1) * integrator.dt)
+    end = (before.step + 1) * integrator.dt
+    gap, normal = body.gaps(before.displacement, end) if body.road_moves else integrator.ground(before)
     problem = ContactProblem(
         A,
         b + (A @ moved.ravel()).reshape(b.shape),
@@ -42,7 +40,7 @@ def step_problem(integrator: TimeIntegrator, before: State) -> tuple[ContactProb
         normal,
         gap,
         body.friction,
-        tangential_reference=np.zeros_like(normal) + way,
+        tangential_reference=np.zeros_like(normal) + integrator.way(before),
         prolongations=body.prolongations,
         interference=body.road_moves,
     )

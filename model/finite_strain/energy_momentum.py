@@ -31,7 +31,7 @@ from model.dynamics.time_integrator import State, StepSolver, Touch, Work
 from model.finite_strain.definite import shifted
 from model.finite_strain.moving_body import FiniteBody
 from model.finite_strain.turned_solver import TurnedSolver, mean_rotation
-from model.node_loop.node_loop import length
+from model.node_loop.node_loop import along_road, length
 from model.problem.contact_problem import ContactProblem
 from model.solvers.convergence_record import NotConverged, Record
 
@@ -217,12 +217,9 @@ class FiniteMidpoint(Midpoint):
         pressure = np.einsum("ca,ca->c", self._normal, touch.force)
         work = Work(impulse=self.dt * self._mean_force(touch).sum(axis=0))
         work.normal = work.numerical = float(pressure @ (touch.gap - before.gap))
-        work.friction = float(np.vdot(self._tangential(touch.force), change[self.body.contact_nodes]))
+        friction = along_road(touch.force, self._normal)
+        work.friction = float(np.vdot(friction, change[self.body.contact_nodes]))
         return work
-
-    def _tangential(self, force: np.ndarray) -> np.ndarray:
-        """Return the part of contact forces (n, d) along the road."""
-        return force - np.einsum("ca,ca,cb->cb", force, self._normal, self._normal)
 
 
 class EnergyMomentum(MassRedistribution, FiniteMidpoint):
@@ -349,7 +346,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
                 solver, turn = TurnedSolver(self._massless_solver(u, normal)), np.eye(body.dim)
             floor = 1e-15 * float(np.abs(body.coordinates + u).max()) * self._diagonal
             done = rest <= max(self.tolerance * (length(touch.force) + length(missing)), floor)
-            friction = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
+            friction = along_road(touch.force, normal)
             downhill = float(np.vdot(missing + friction, touch.increment))
             for part in DAMPING:
                 trial = u.copy()

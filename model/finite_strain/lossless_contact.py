@@ -24,6 +24,7 @@ import numpy as np
 from model.dynamics.time_integrator import State, Touch, Work
 from model.finite_strain.energy_momentum import EnergyMomentum
 from model.finite_strain.moving_body import FiniteBody
+from model.node_loop.node_loop import along_road
 from model.solvers.convergence_record import NotConverged
 
 STILL = 1e-14  # mean square of C1 - C0 that is rounding
@@ -55,10 +56,8 @@ class LosslessContact(EnergyMomentum):
 
     def __init__(self, body: FiniteBody, dt: float, **options: Any):
         super().__init__(body, dt, **options)
-        self._lossless, self._inner = (
-            False,
-            np.setdiff1d(np.arange(len(body.coordinates)), body.contact_nodes),
-        )
+        self._lossless = False
+        self._inner = np.setdiff1d(np.arange(len(body.coordinates)), body.contact_nodes)
         volume = body.elastic.body_force(np.eye(body.dim)[0]).sum()
         self._still = STILL * float(volume)
 
@@ -95,7 +94,7 @@ class LosslessContact(EnergyMomentum):
         f = body.forces.step_force(u0, u1)
         if self._lossless and touch is not None:  # the guess is too far off to tell
             du, fhat = u1 - u0, body.forces.rate_force(u0, u1)
-            outer = load[nodes] + 2.0 * self._tangential(touch.force)
+            outer = load[nodes] + 2.0 * along_road(touch.force, self._normal)
             wanted = body.strain_energy(u1) - self._energy - float(np.vdot(outer, du[nodes]))
             wanted -= float(np.vdot(f[inner], du[inner]))
             work = float(np.vdot(fhat[inner], du[inner]))

@@ -23,7 +23,7 @@ from model.checks import positive
 from model.dynamics.time_integrator import StepSolver, Touch
 from model.finite_strain.definite import indefinite, shifted
 from model.finite_strain.system_forces import SystemForces
-from model.node_loop.node_loop import length
+from model.node_loop.node_loop import along_road, length
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.solvers.contact_solver import Solution
@@ -186,7 +186,7 @@ class FiniteContact:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return where to go on from along d, and what misses there; all the way if supports or road move."""
         nodes = self.problem.contact_nodes
-        friction = touch.force - np.einsum("ca,ca,cb->cb", touch.force, normal, normal)
+        friction = along_road(touch.force, normal)
         work = float(np.vdot(friction, d[nodes]))
         energy = self._energy(u, load)
         slope = -float(np.vdot(self._missing(u, load), d)) - work

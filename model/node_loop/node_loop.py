@@ -84,14 +84,9 @@ class NodeLoop:
         self.part = np.where(self.cannot_move, 1.0, part)
         self.frame = frames(np.where(self.cannot_move[:, None], self.normal, free / self.part[:, None]))
         self.block = np.einsum("cab,cbe,cfe->caf", self.frame, self.diagonal[self.nodes], self.frame)
-
-    def oblique(self) -> np.ndarray:
-        """Which candidates are prescribed in part and free obliquely to the road, (n,)."""
-        return self.given.any(axis=1) & ~self.cannot_move & (self.part < 1.0 - 1e-12)
-
-    def guided(self) -> np.ndarray:
-        """Which of the oblique candidates can move along a line alone, (n,)."""
-        return self.oblique() & (self.given.sum(axis=1) == self.shape[1] - 1)
+        # who is prescribed in part and free obliquely to the road, and who of them along a line alone
+        self.oblique = self.given.any(axis=1) & ~self.cannot_move & (self.part < 1.0 - 1e-12)
+        self.guided = self.oblique & (self.given.sum(axis=1) == self.shape[1] - 1)
 
     def rub_guided(self, force: np.ndarray, pressure: np.ndarray, slip: np.ndarray) -> None:
         """Add to forces (n, d) and pressure (n,), in place, the friction of nodes guided along a line.
@@ -104,9 +99,9 @@ class NodeLoop:
         and the support bears what is across d. A node that does not slip gets no friction: any within the
         cone would do, for the support bears the rest. Where friction would jam it, p < 0, it gets none.
         """
-        slip = slip - np.einsum("ca,ca->c", slip, self.normal)[:, None] * self.normal
+        slip = along_road(slip, self.normal)
         size = np.linalg.norm(slip, axis=1)
-        rubs = np.flatnonzero(self.guided() & (pressure > 0.0) & (size > 0.0))
+        rubs = np.flatnonzero(self.guided & (pressure > 0.0) & (size > 0.0))
         friction = self.coefficient[rubs, None] * slip[rubs] / size[rubs, None]
         along = np.einsum("ca,ca->c", self.frame[rubs, 0], friction)
         holds = along < self.part[rubs]
@@ -242,6 +237,11 @@ def length(x: np.ndarray) -> float:
     if not 0.0 < largest < np.inf:
         return largest
     return largest * sqrt(np.vdot(x / largest, x / largest))
+
+
+def along_road(x: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return what of vectors x (n, d) is across the unit normals (n, d)."""
+    return x - np.einsum("ca,ca,cb->cb", x, normal, normal)
 
 
 def place_on_road(loop: NodeLoop, u: np.ndarray, status: np.ndarray) -> None:

@@ -9,6 +9,7 @@ from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from model.node_loop.contact_sweep import frames
+from model.node_loop.node_loop import along_road
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 
@@ -170,8 +171,7 @@ class RigidModes:
             left = self._unbalanced(b, work, tolerance)
             if not left.any():
                 return True
-            along = np.einsum("cdm,m->cd", self.at(self.nodes), left)
-            along -= np.einsum("ca,ca,cb->cb", along, normal, normal)
+            along = along_road(np.einsum("cdm,m->cd", self.at(self.nodes), left), normal)
             size = np.linalg.norm(along, axis=1, keepdims=True)
             against = along / np.where(size > 0.0, size, 1.0)
             steepest = normal - np.reshape(mu, (-1, 1)) * against

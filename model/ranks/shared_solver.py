@@ -22,10 +22,7 @@ from model.ranks.shared_problem import SharedProblem
 from model.solvers.compiling import announce_compilation
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.truncated_multigrid import FORCING, UNSTEADY, free_directions, supported
-
-GUESSES = 30  # rounds on a coarser mesh at most
-KRYLOV = 30  # cycles in one correction at most
+from model.solvers.truncated_multigrid import FORCING, GUESSES, KRYLOV, UNSTEADY, free_directions, supported
 
 
 class SharedLoop(NodeLoop):

@@ -372,7 +372,7 @@ class ContactSolver:
             self.loop.update_normals(normal)
             self.correction.update_normals()
         loop = self.loop
-        oblique = loop.nodes[loop.oblique() & ~loop.guided()] if loop.friction is not None else loop.nodes[:0]
+        oblique = loop.nodes[loop.oblique & ~loop.guided] if loop.friction is not None else loop.nodes[:0]
         if len(oblique):
             warnings.warn(
                 f"Friction is left out at {len(oblique)} nodes that may touch, the first is node "

@@ -132,6 +132,7 @@ class Condensation:
         loop, self._active = self.loop, NOBODY
         if self.pins.size == 0:
             self._seen, self._anchors = np.zeros((0, 0)), NOBODY
+            self._motions = np.zeros((*loop.frame.shape[:2], 0))
             return
         sides, nodes = self._sides, self.loop.nodes
         shapes = self.shapes.reshape(*loop.shape, -1)[nodes]
@@ -142,6 +143,7 @@ class Condensation:
             np.linalg.qr(np.concatenate([G, scale * self.resistance]), mode="r")
         )
         self._seen = directions[sizes > SEEN * sizes.max()].T
+        self._motions = shapes @ self._seen  # (n, d, p) of the candidates
         order = qr((G @ self._seen).T, mode="r", pivoting=True)[1]
         self._anchors = np.unique(order[: self._seen.shape[1]] // sides)
 
@@ -243,9 +245,8 @@ class Condensation:
         self, active: np.ndarray, force: np.ndarray, power: np.ndarray, gap: np.ndarray, slight: float
     ) -> np.ndarray:
         """Candidates (0 or more,) that a body comes to which forces (k, d) on the active ones do not hold."""
-        at = (self.shapes @ self._seen).reshape(*self.loop.shape, -1)[self.loop.nodes]
-        drive = power + np.einsum("cap,ca->p", at[active], force)
-        speed = np.einsum("ca,cap,p->c", self.loop.frame[:, 0], at, drive)
+        drive = power + np.einsum("cap,ca->p", self._motions[active], force)
+        speed = np.einsum("ca,cap,p->c", self.loop.frame[:, 0], self._motions, drive)
         speed[active] = 0.0
         falls = np.flatnonzero(speed < -SEEN * np.abs(speed).max(initial=0.0))
         if not falls.size or np.linalg.norm(drive) <= slight:
@@ -263,8 +264,7 @@ class Condensation:
         loop = self.loop
         frame = loop.frame[active, : self._sides]
         W = compliance(self._columns, self._row, self._place, active, frame)
-        shapes = self.shapes.reshape(*loop.shape, -1)[loop.nodes[active]] @ self._seen
-        G = np.einsum("cab,cbp->cap", frame, shapes).reshape(W.shape[0], -1)
+        G = np.einsum("cab,cbp->cap", frame, self._motions[active]).reshape(W.shape[0], -1)
         self.small = SmallProblem(
             W, G, self._seen.T @ self.resistance @ self._seen, self._sides, loop.friction, self.steps
         )
