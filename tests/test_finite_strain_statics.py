@@ -181,3 +181,20 @@ def test_a_road_that_comes_is_a_platen_that_comes():
     ]
     assert found[0].contact_force == pytest.approx(found[1].contact_force, abs=1e-6)
     assert 0 < np.count_nonzero(found[0].status == 2) < 9
+
+
+def test_friction_by_place_goes_with_a_road_that_moves():
+    """Where one half of the belt is rough, the nodes over it are, as they are on a road at rest."""
+    body = Body.from_grid(rectangle(1.0, 0.5, 8, 4))
+    elastic = Hyperelasticity(body, NeoHookean(1e3, 0.3))
+    held = elastic.system(elastic.body_force((0.0, 0.0)), Support(body).fix("top", x=0.0, y=0.0))
+    comes = MovingRoad(Plane(), lambda t: (0.02 * t, 0.05 * t))
+    middle = float(body.coordinates[:, 0].mean())
+
+    def mu(x):
+        return np.where(x[:, 0] < middle - 0.1, 0.6, 0.05)
+
+    touch = FiniteContact(BodyOnRoad(held, "bottom", comes, friction=mu)).solve(steps=4)
+    pressed = touch.pressure_force > 1e-9
+    ratio = np.abs(touch.contact_force[pressed, 0]) / touch.pressure_force[pressed]
+    assert ratio.max() > 0.06 and ratio.max() < 0.6 + 1e-9

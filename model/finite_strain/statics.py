@@ -151,6 +151,7 @@ class FiniteContact:
         """Newton's method from u (R, d) at one time to another; return displacement, contact and residual."""
         nodes, fixed = self.problem.contact_nodes, self.system.fixed
         self.system.elastic.lay_on(time)
+        self._time = time
         sticking = start[nodes]
         if hasattr(self.contact.road, "at"):
             self._road = self.contact.road.at(time)
@@ -230,9 +231,10 @@ class FiniteContact:
             self.problem.friction,
             prolongations=self.problem.prolongations,
         )
-        road, points = self.contact.road, self._points(u) + back
-        places = lambda before: road.closest(points)[2]  # noqa: E731
-        solver = StepSolver(problem, self.correction, 0.1 * self.tolerance, 1.0, places)
+        sticking = self._points(u) + back
+        solver = StepSolver(
+            problem, self.correction, 0.1 * self.tolerance, 1.0, lambda before: self._places(sticking)
+        )
         return solver.solve(b, gap, normal, back, SimpleNamespace(status=status))  # type: ignore[arg-type]
 
     def _definite(self, A: Any, normal: np.ndarray, status: np.ndarray) -> Any:
@@ -259,6 +261,11 @@ class FiniteContact:
 
     def _points(self, u: np.ndarray) -> np.ndarray:
         return np.asarray(self.contact.points + u[self.problem.contact_nodes])
+
+    def _places(self, points: np.ndarray) -> np.ndarray:
+        """Points (n, d) of the road nearest to some; of one that moves, as they lie at time 0."""
+        foot, road = self._road.closest(points)[2], self.contact.road
+        return np.asarray(road.carried(foot, self._time, 0.0) if hasattr(road, "at") else foot)
 
     def _on_road(self, u: np.ndarray, touch: Touch) -> bool:
         gap = self._road.closest(self._points(u))[0]
