@@ -190,12 +190,19 @@ class Sharing(Level):
         return values
 
 
+def block_rows(A: sparse.bsr_array, nodes: np.ndarray) -> sparse.bsr_array:
+    """Return the rows (k dim, C dim) of some nodes (k,) of a matrix (N dim, C dim)."""
+    dim = A.blocksize[0]
+    shape = (A.shape[0] // dim, A.shape[1] // dim)
+    places = sparse.csr_array((np.arange(A.indices.size), A.indices, A.indptr), shape=shape)[nodes]
+    shape = (len(nodes) * dim, A.shape[1])
+    return sparse.bsr_array((A.data[places.data], places.indices, places.indptr), shape=shape)
+
+
 def _entries(A: sparse.bsr_array, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Block rows, columns and blocks of the rows of some nodes."""
-    count = np.diff(A.indptr)[nodes]
-    start = np.concatenate([[0], np.cumsum(count)])
-    places = np.repeat(A.indptr[nodes] - start[:-1], count) + np.arange(start[-1])
-    return np.repeat(nodes, count), A.indices[places], A.data[places]
+    rows = block_rows(A, nodes)
+    return np.repeat(nodes, np.diff(rows.indptr)), rows.indices, rows.data
 
 
 def _place_or_none(ids: np.ndarray, wanted: np.ndarray) -> np.ndarray:

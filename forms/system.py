@@ -26,7 +26,7 @@ from forms.assembly import (
     symmetric_rows,
     vector,
 )
-from forms.sharing import Sharing, of_system, share, share_space, take_levels
+from forms.sharing import Sharing, block_rows, of_system, share, share_space, take_levels
 from forms.tilting import Tilting, spreading
 from forms.transfer import nested_prolongations
 
@@ -509,7 +509,7 @@ def constrained(
     for name, matrix in (("A", A), ("M", mass), ("C", damping)):
         if matrix is not None:
             matrix = sparse.bsr_array(matrix, blocksize=(dim, dim))
-            rows[name], rigid[name] = _block_rows(matrix, held), matrix @ motions
+            rows[name], rigid[name] = block_rows(matrix, held), matrix @ motions
             if sharing is not None:
                 matrix = sharing.matrix(matrix)
             elif spread is not None:
@@ -667,15 +667,6 @@ def _rigid_motions(x: np.ndarray) -> np.ndarray:
     for k, (a, b) in enumerate(axes):
         motions[:, a, dim + k], motions[:, b, dim + k] = -x[:, b], x[:, a]
     return motions.reshape(N * dim, dim + len(axes))
-
-
-def _block_rows(A: sparse.bsr_array, nodes: np.ndarray) -> sparse.bsr_array:
-    """The rows of some nodes, (h dim, N dim)."""
-    count = np.diff(A.indptr)[nodes]
-    start = np.concatenate([[0], np.cumsum(count)])
-    places = np.repeat(A.indptr[nodes] - start[:-1], count) + np.arange(start[-1])
-    shape = (len(nodes) * A.blocksize[0], A.shape[1])
-    return sparse.bsr_array((A.data[places], A.indices[places], start), shape=shape)
 
 
 def _renumber(A: sparse.bsr_array, node_of: np.ndarray, R: int) -> sparse.bsr_array:

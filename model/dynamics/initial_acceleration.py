@@ -20,8 +20,7 @@ from model.dynamics.contact_update import confirm_contact
 from model.dynamics.moving_body import MovingBody
 from model.one_rank import ONE_RANK
 from model.ranks.krylov import conjugate_gradients
-from model.ranks.shared_solver import SharedSolver
-from model.solvers.contact_solver import ContactSolver
+from model.ranks.solver_of import solver_of
 
 
 def consistent_acceleration(
@@ -65,11 +64,7 @@ def consistent_acceleration(
     friction: Any = body.friction
     law = friction if friction is None else friction.of(in_contact)
     problem = body.problem(body.M / epsilon, r, nodes, normal[in_contact], leaving, law or False, -relative)
-    solver: Any
-    if body.exchanges:
-        solver = SharedSolver(problem, progress=False)
-    else:
-        solver = ContactSolver(problem, correction, progress=False)
+    solver = solver_of(problem, correction, progress=False, steps=True)
     places = body.places(SimpleNamespace(displacement=u, time=0.0))[in_contact]
     solution = solver.solve(tangential_reference=-relative, tolerance=1e-12, places=places)
     address = None if law is None else law.address

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_array, csc_array
+from scipy.sparse import bsr_array, csc_array, csr_array
 from scipy.sparse.linalg import spsolve
 
 from model.dynamics.moving_body import MovingBody
@@ -32,12 +32,10 @@ class MasslessNodes:
         number[nodes] = first + np.arange(nodes.size)
         ranks.update(number)
         K, n = body.K, int(counts.sum())
-        count = np.diff(K.indptr)[nodes]
-        start = np.concatenate([[0], np.cumsum(count)])
-        places = np.repeat(K.indptr[nodes] - start[:-1], count) + np.arange(start[-1])
-        rows, columns = np.repeat(number[nodes], count), number[K.indices[places]]
+        places = csr_array((np.arange(K.indices.size), K.indices, K.indptr))[nodes]  # of the blocks
+        rows, columns = np.repeat(number[nodes], np.diff(places.indptr)), number[places.indices]
         kept = columns >= 0
-        rows, columns, data = (ranks.stacked(x[kept]) for x in (rows, columns, K.data[places]))
+        rows, columns, data = (ranks.stacked(x[kept]) for x in (rows, columns, K.data[places.data]))
         order = np.lexsort((columns, rows))
         indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=n))])
         self.K = bsr_array((data[order], columns[order], indptr), shape=(n * d, n * d))

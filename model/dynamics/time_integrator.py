@@ -22,8 +22,7 @@ from model.dynamics.moving_body import MovingBody
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.ranks.shared_problem import SharedProblem
-from model.ranks.shared_solver import SharedSolver
-from model.solvers.contact_solver import ContactSolver
+from model.ranks.solver_of import solver_of
 from model.solvers.convergence_record import Record
 from model.solvers.iterative_refinement import ROUNDING
 from model.solvers.static_condensation import Condensation
@@ -167,12 +166,7 @@ class StepSolver:
         places: Callable[[Any], np.ndarray] | None = None,
     ):
         self.places = places
-        solver: Any
-        if isinstance(problem, SharedProblem):
-            nested = len(problem.prolongations) > 0
-            solver = SharedSolver(problem, "auto" if nested else correction, progress=False, nested=False)
-        else:
-            solver = ContactSolver(problem, correction, progress=False)
+        solver = solver_of(problem, correction, progress=False, steps=True)
         self.tolerance, self.slip_rate, self.ranks = tolerance, slip_rate, solver.ranks
         self.loop, self.correction, self.take_planes = solver.loop, solver.correction, solver.take_planes
         largest = self.ranks.max(float(np.abs(self.loop.diagonal).max(initial=0.0)))
@@ -238,7 +232,7 @@ class TimeIntegrator(ABC):
     correction : str
         "direct" (one factorisation serves the run), another of `ContactSolver`, or "auto": multigrid on
         nested meshes in space of more than 20,000 unknowns, whose cycles are quicker than
-        back-substitutions, else direct.
+        back-substitutions, and on all nested meshes that ranks share, else direct.
     tolerance : float
         Natural residual of each step.
 
@@ -451,7 +445,8 @@ class TimeIntegrator(ABC):
 def choose(body: MovingBody) -> str:
     """Pick the correction for `auto`."""
     nested = len(body.prolongations) > 0 and not body.finite_strain
-    return "multigrid" if nested and body.dim == 3 and body.coordinates.size > MULTIGRID_PAYS else "direct"
+    large = body.dim == 3 and body.coordinates.size > MULTIGRID_PAYS
+    return "multigrid" if nested and (large or body.exchanges) else "direct"
 
 
 def _initial(name: str, values: np.ndarray | None, body: MovingBody) -> np.ndarray:

@@ -10,8 +10,7 @@ import numpy as np
 from model.problem.contact_problem import ContactProblem
 from model.quasistatics import load_stepping
 from model.quasistatics.curved_contact import CurvedContact
-from model.ranks.shared_problem import SharedProblem
-from model.ranks.shared_solver import SharedSolver
+from model.ranks.solver_of import solver_of
 from model.solvers.contact_solver import ContactSolver, Solution
 
 OF_SOLVER = ("order", "progress")
@@ -91,7 +90,7 @@ def solve(
     if isinstance(contact, ContactProblem):
         return ContactSolver(contact, correction, **made).solve(tolerance=tolerance, **options)
     problem = replace(contact.problem, b=contact.system.load_at(time))
-    solver = _solver(problem, contact.road, correction, **made)
+    solver = solver_of(problem, correction, **made)
     road = contact.road
     if hasattr(road, "at"):
         now = 0.0 if time is None else time
@@ -154,7 +153,7 @@ def follow(
         solver = ContactSolver(contact, correction, **made)
         yield from load_stepping.follow(solver, steps, tolerance, **options)
         return
-    solver, road = _solver(contact.problem, contact.road, correction, **made), contact.road
+    solver, road = solver_of(contact.problem, correction, **made), contact.road
     times: list[float | None] = []
     if getattr(road, "flat", False):
         loads = (load for _, load in _loads(contact, steps, times))
@@ -166,15 +165,6 @@ def follow(
     for solution in path:
         contact.look(solution)
         yield replace(solution, time=times[-1])
-
-
-def _solver(problem: Any, road: Any, correction: str, **options: Any) -> Any:
-    """Return the solver of a problem on one rank, or shared by many."""
-    if not isinstance(problem, SharedProblem):
-        return ContactSolver(problem, correction, **options)
-    if options.pop("order", None) is not None:
-        raise ValueError("On several ranks nodes are visited in their order; leave `order` out.")
-    return SharedSolver(problem, correction, **options)
 
 
 def _loads(
