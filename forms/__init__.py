@@ -3,9 +3,10 @@
 from forms.elasticity import Elasticity
 from forms.hyperelasticity import Hyperelasticity
 from forms.material import Anisotropic, Isotropic
+from forms.own_forms import assemble
 from forms.strain_energies import Cords, MooneyRivlin, NeoHookean, StrainEnergy, StVenantKirchhoff
 from forms.support import Support
-from forms.system import System, assemble
+from forms.system import System
 
 __all__ = [
     "Anisotropic",

@@ -19,7 +19,13 @@ ROUNDING = 1e-10  # of sqrt(a_ii a_jj): quadrature rounds u and v differently, b
 
 
 def compiled(form: Any, name: str, rank: int) -> Any:
-    """Compile a form of the given rank with real scalars, or refuse it under its `name`.
+    """Compile a form of the given rank with real scalars; refused as by `check_form`."""
+    check_form(form, name, rank)
+    return fem.form(form, dtype=np.float64) if isinstance(form, ufl.Form) else form
+
+
+def check_form(form: Any, name: str, rank: int) -> None:
+    """Refuse, under its `name`, what is no form of the given rank with real scalars.
 
     Parameters
     ----------
@@ -36,6 +42,8 @@ def compiled(form: Any, name: str, rank: int) -> Any:
     """
     if isinstance(form, ufl.Form):
         arguments = len(form.arguments())
+        if any(argument.part() is not None for argument in form.arguments()):
+            raise ValueError(f"{name} is on a mixed space; eliminate the other fields.")
         for data in (*form.constants(), *form.coefficients()):
             kind = getattr(data, "dtype", np.dtype(np.float64))
             if kind != np.float64:
@@ -59,7 +67,6 @@ def compiled(form: Any, name: str, rank: int) -> Any:
     if arguments != rank:
         kinds = {0: "a functional", 1: "a linear form", 2: "a bilinear form"}
         raise ValueError(f"{name} is {kinds[arguments]}; it must be {kinds[rank]}.")
-    return fem.form(form, dtype=np.float64) if isinstance(form, ufl.Form) else form
 
 
 def space_of(form: Any) -> fem.FunctionSpace:
@@ -219,6 +226,9 @@ def at_midpoints(
     mesh, u = V.mesh, fem.Function(V)
     reference = basix.geometry(getattr(basix.CellType, mesh.topology.cell_name()))
     tensor = expression(u)
+    if getattr(tensor, "ufl_shape", None) not in ((2, 2), (3, 3)):
+        what = getattr(tensor, "ufl_shape", type(tensor).__name__)
+        raise ValueError(f"stress(u) is {what}; return a tensor of UFL, (2, 2) or (3, 3).")
     compiled_expression = fem.Expression(tensor, reference.mean(axis=0)[None], dtype=np.float64)
     cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
 

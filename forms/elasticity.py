@@ -16,9 +16,10 @@ import ufl  # isort: skip
 from dolfinx import fem  # isort: skip
 
 from forms import assembly
+from forms.facets import boundary_measure
 from forms.material import Anisotropic, Isotropic, check_kinematics
 from forms.support import Support
-from forms.system import System, boundary_measure, shape_gradients
+from forms.system import System, shape_gradients
 
 Material = Isotropic | Anisotropic
 

@@ -21,8 +21,9 @@ import numpy as np
 import scipy.sparse as sparse
 
 from forms.elasticity import Elasticity
+from forms.facets import boundary_measure
 from forms.strain_energies import ZERO, StrainEnergy, strain_energy
-from forms.system import System, boundary_measure
+from forms.system import System
 from geometry import Body, compat  # noqa: F401  # compat comes before dolfinx
 
 import basix  # isort: skip

@@ -5,33 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sparse
 
 from geometry import Body, compat
-from geometry.partition import shared_of
 
-import ufl  # isort: skip
 from dolfinx import fem  # isort: skip
 from dolfinx import mesh as dolfinx_mesh  # isort: skip
 
-from forms.assembly import (
-    at_midpoints,
-    check_space,
-    compiled,
-    node_positions,
-    space_of,
-    symmetric_rows,
-    vector,
-)
-from forms.sharing import Sharing, block_rows, of_system, share, share_space, take_levels
+from forms.assembly import node_positions
+from forms.facets import Facets, facet_indices, nodal_areas, plane_of
+from forms.sharing import Sharing, block_rows
 from forms.tilting import Tilting, spreading
-from forms.transfer import nested_prolongations
-
-FACET_DEGREE = 3
-Facets = str | Sequence[str] | Sequence[int] | np.ndarray
 
 
 class Eliminated(NamedTuple):
@@ -221,9 +209,7 @@ class System:
         function.x.array[:] = self.expand(u).ravel()
         return function
 
-    def candidates(
-        self, facets: Facets, height: Callable[[np.ndarray], np.ndarray] | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def candidates(self, facets: Facets, road: Any = None) -> tuple[np.ndarray, np.ndarray]:
         """Return the nodes (n,) of boundary facets, sorted, and the area (n,) that belongs to each.
 
         Nodes that a platen shares with them move with the platen and are left out; but where whole facets
@@ -233,19 +219,18 @@ class System:
         ----------
         facets : indices of facets, as `tags.find(2)` gives them, or the name of a boundary of the body, or
             several names
-        height : of positions (n, dim), how far they are from a plane road, (n,); None where it is no plane,
-            on which one node does not stand for a foot
+        road : what they may touch; one node stands for a foot only on a plane that does not turn
 
         Raises
         ------
         ValueError
             if there are none, they are no outer facets, or a foot tilts or is not above a plane
         """
-        indices = self._facet_indices(facets)
+        indices = facet_indices(facets, self.mesh, self.body, self.sharing is not None)
         nodes = fem.locate_dofs_topological(self.space, self.mesh.topology.dim - 1, indices)
         nodes = np.unique(nodes).astype(np.int64)
         free = ~self._tied[nodes]
-        area = self._areas(indices)
+        area = nodal_areas(self.space, indices, self.axisymmetric)
         if free.all():
             return nodes, area[nodes]
         feet = self._feet(indices)
@@ -254,15 +239,16 @@ class System:
                 "A platen is the contact boundary, and one tilts; how a rigid face presses on a rigid road "
                 "is not determined: give a platen that does not tilt, or a stiff material."
             )
-        if feet and height is None:
+        plane = plane_of(road)
+        if feet and plane is None:
             raise ValueError(
                 "A platen is the contact boundary, a rigid foot; it needs a plane as a road, or a moving one "
                 "that does not turn: take another road, or a stiff material instead of the platen."
             )
         for facets_of, foot in feet:
-            lowest = foot[np.argmin(height(self.points[foot]))]  # type: ignore[misc]
+            lowest = foot[np.argmin(plane.closest(self.points[foot])[0])]
             free |= nodes == lowest
-            area[lowest] = self._areas(facets_of)[foot].sum()
+            area[lowest] = nodal_areas(self.space, facets_of, self.axisymmetric)[foot].sum()
         return nodes[free], area[nodes[free]]
 
     def _feet(self, indices: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -290,171 +276,6 @@ class System:
     def shape_gradients(self) -> np.ndarray:
         """Gradients of the shape functions in the middle of each cell, (cells, k, dim)."""
         return shape_gradients(self.points[self.cells])
-
-    def _facet_indices(self, facets: Facets) -> np.ndarray:
-        mesh = self.mesh
-        fdim = mesh.topology.dim - 1
-        comm = mesh.comm
-        names = [facets] if isinstance(facets, str) else list(facets)
-        if names and all(isinstance(name, str) for name in names):
-            if self.body is None:
-                raise ValueError(
-                    f"There is no boundary {names[0]!r}, for this mesh has no names; give the indices of "
-                    "facets, say tags.find(2)."
-                )
-            return self.body.facet_indices(names)
-        if any(isinstance(name, str | list | tuple | set | dict) for name in names):
-            raise ValueError(f"Facets are {facets!r}; give names of boundaries, or indices of facets.")
-        indices = np.unique(np.asarray(facets))
-        if comm.size > 1:  # copies of other ranks' facets are theirs
-            mesh.topology.create_entities(fdim)
-            indices = indices[indices < mesh.topology.index_map(fdim).size_local].astype(np.int32)
-        if comm.allreduce(indices.size) == 0 and self.sharing is None:
-            raise ValueError(
-                "No facets are named that may touch; look whether the mesh has the tag that you asked for."
-            )
-        if not np.issubdtype(indices.dtype, np.integer):
-            raise ValueError(f"Facets are given by their indices, integers, not by {indices.dtype} numbers.")
-        mesh.topology.create_connectivity(fdim, mesh.topology.dim)
-        outer = np.isin(indices, dolfinx_mesh.exterior_facet_indices(mesh.topology))
-        if not outer.all():
-            raise ValueError(
-                f"{np.count_nonzero(~outer)} of the {indices.size} facets are not on the boundary of this "
-                f"mesh, the first is {indices[~outer][0]}; name outer facets of the mesh that "
-                "the forms live on."
-            )
-        return indices.astype(np.int32)
-
-    def _areas(self, indices: np.ndarray) -> np.ndarray:
-        """Integrals of the nodes' shape functions over boundary facets, (N,)."""
-        ds = boundary_measure(self.mesh, indices)
-        ones = fem.Constant(self.mesh, np.ones(self.fixed.shape[1]))
-        density = ufl.inner(ones, ufl.TestFunction(self.space))
-        if self.axisymmetric:
-            density = 2 * np.pi * ufl.SpatialCoordinate(self.mesh)[0] * density
-        return vector(density * ds)[:, 0]
-
-
-def assemble(
-    a: Any,
-    L: Any = None,
-    bcs: Sequence[fem.DirichletBC] = (),
-    *,
-    mass: Any = None,
-    damping: Any = None,
-    update: Callable[[float], None] | None = None,
-    coarser: Sequence[Any] = (),
-    stress: Callable[[Any], Any] | None = None,
-) -> System:
-    """Assemble the user's own forms for the contact loop.
-
-    Parameters
-    ----------
-    a : bilinear form a(u, v), symmetric: elasticity of any constant material, Robin terms, ...; UFL, or
-        compiled by `dolfinx.fem.form`. On a space of vectors of degree 1 with as many components as the mesh
-        has dimensions.
-    L : linear form L(v); or a callable of the time (or load parameter) that returns one, or nodal forces (N,
-        dim) in the order of the space's nodes; None for no load
-    bcs : DirichletBCs on the space or its components. They are applied once, to all matrices; their values,
-        and the data of L, are read anew by each `solve`, load step and time step.
-    mass, damping : bilinear forms m(u, v) and c(u, v), symmetric, for motion
-    update : called with the time (or load parameter) before values of that time are read: sets the user's
-        Constants and Functions
-    coarser : meshes, or spaces on them, of which this one is a nested refinement
-        (`dolfinx.mesh.refine`, `uniform_refine`), in any order; for the multigrid correction
-    stress : sigma(u) in UFL, for output only; (3, 3) if von Mises' stress shall be written too
-
-    Returns
-    -------
-    System
-
-    Raises
-    ------
-    TypeError, ValueError
-        in one sentence, before anything is assembled where that is possible: forms that are not symmetric or
-        not bilinear, complex numbers, spaces of another kind or degree, boundary conditions of another
-        space, meshes that are not nested
-
-    Examples
-    --------
-    >>> import numpy as np, ufl
-    >>> from mpi4py import MPI
-    >>> from dolfinx import fem, mesh
-    >>> square = mesh.create_unit_square(MPI.COMM_SELF, 4, 4)
-    >>> V = fem.functionspace(square, ("Lagrange", 1, (2,)))
-    >>> u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
-    >>> a = ufl.inner(ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))) * ufl.dx
-    >>> L = ufl.inner(fem.Constant(square, (0.0, -1.0)), v) * ufl.dx
-    >>> left = fem.locate_dofs_geometrical(V, lambda x: np.isclose(x[0], 0.0))
-    >>> system = assemble(a, L, bcs=[fem.dirichletbc(np.zeros(2), left, V)])
-    >>> system.A.shape, int(system.fixed.sum())
-    ((50, 50), 10)
-    """
-    form = compiled(a, "a(u, v)", 2)
-    V = space_of(a)
-    check_space(V)
-    space = V._cpp_object
-    parts = {"mass m(u, v)": mass, "damping c(u, v)": damping}
-    others = {name: compiled(part, name, 2) for name, part in parts.items() if part is not None}
-    loads = _loads(L, V, update)
-    for name, other in others.items():
-        _same_space(name, other, space)
-    _same_space("a(u, v)", form, space)
-    for bc in bcs:
-        if not isinstance(bc, fem.DirichletBC):
-            raise TypeError(f"bcs holds a {type(bc).__name__}; give what dolfinx.fem.dirichletbc returns.")
-        if not space.contains(bc.function_space):
-            raise ValueError("A boundary condition is on another space than the forms; make it on theirs.")
-    many = V.mesh.comm.size > 1
-    if many and len(coarser):
-        raise ValueError(
-            "Coarser meshes are not shared among ranks but by Body.from_grid(grid, refinements); leave "
-            "`coarser` out, or run on one rank."
-        )
-    prolongations = nested_prolongations(V, coarser)
-    names = ["a(u, v)", *others]
-    rows = [symmetric_rows(one, name) for name, one in zip(names, [form, *others.values()])]
-    matrices, sharing = [A for A, _, _ in rows], None
-    levels: list[Any] = []
-    if many:
-        sharing, matrices = share_space(V, rows)
-    elif shared := shared_of(V.mesh):
-        sharing, levels = share(shared, matrices)
-    assembled = dict(zip(names, matrices))
-    nodes, dim = V.dofmap.index_map, V.dofmap.index_map_bs
-    count = nodes.size_local + nodes.num_ghosts
-    fixed = np.zeros(count * dim, dtype=bool)
-    for bc in bcs:
-        fixed[bc.dof_indices()[0]] = True
-    fixed = of_system(fixed.reshape(count, dim), sharing)
-
-    def values(time: float | None) -> np.ndarray:
-        if time is not None and update is not None:
-            update(time)
-        x = np.zeros(count * dim)
-        for bc in bcs:
-            bc.set(x)
-        if not np.isfinite(x).all():
-            raise ValueError("A boundary condition has a value that is not a finite number.")
-        return of_system(x.reshape(count, dim), sharing)
-
-    system = constrained(
-        V,
-        assembled["a(u, v)"],
-        loads,
-        fixed,
-        values,
-        mass=assembled.get("mass m(u, v)"),
-        damping=assembled.get("damping c(u, v)"),
-        sharing=sharing,
-    )
-    system.prolongations = prolongations
-    if sharing is not None:
-        take_levels(system, levels)
-    system.varies = update is not None or (callable(L) and not isinstance(L, ufl.Form))
-    if stress is not None:
-        system.stress = at_midpoints(stress, V)
-    return system
 
 
 def constrained(
@@ -519,15 +340,16 @@ def constrained(
             eliminated[name] = _eliminate(matrix, fixed)
             if sharing is not None:
                 sharing.spread(eliminated[name].diagonal)
-    bare = (eliminated["A"].diagonal <= 0) & ~fixed
-    trouble = ""
-    if bare.any():
-        node = int(np.argmax(bare.any(axis=1)))
-        trouble = (
-            f"{np.count_nonzero(bare)} unknowns have no stiffness, the first at node {node}; integrate a(u, "
-            "v) over the whole mesh, or prescribe them."
-        )
-    refuse(trouble, sharing)
+    for name, missing, form in (("A", "stiffness", "a(u, v)"), ("M", "mass", "m(u, v)")):
+        bare = (eliminated[name].diagonal <= 0) & ~fixed if name in eliminated else np.zeros(1, dtype=bool)
+        trouble = ""
+        if bare.any():
+            node = int(np.argmax(bare.reshape(R, -1).any(axis=1)))
+            trouble = (
+                f"{np.count_nonzero(bare)} unknowns have no {missing}, the first at node {node}; integrate "
+                f"{form} over the whole mesh, or prescribe them."
+            )
+        refuse(trouble, sharing)
     system = System(
         eliminated["A"].A,
         np.zeros((R, dim)),
@@ -577,13 +399,6 @@ def _mean(points: np.ndarray, sharing: Sharing | None) -> np.ndarray:
     return np.asarray(total / count)
 
 
-def boundary_measure(mesh: dolfinx_mesh.Mesh, facets: np.ndarray) -> Any:
-    """Return ds on some facets, always under tag 1 so that all boundaries share compiled forms."""
-    facets = np.sort(facets)
-    here = dolfinx_mesh.meshtags(mesh, mesh.topology.dim - 1, facets, np.ones(len(facets), dtype=np.int32))
-    return ufl.Measure("ds", mesh, subdomain_data=here, metadata={"quadrature_degree": FACET_DEGREE})(1)
-
-
 def shape_gradients(corners: np.ndarray) -> np.ndarray:
     """Gradients (cells, k, dim) of the shape functions in the middle of cells of corners (cells, k, dim)."""
     _, k, dim = corners.shape
@@ -597,43 +412,13 @@ def shape_gradients(corners: np.ndarray) -> np.ndarray:
     return np.einsum("kj,cji->cki", reference, np.linalg.inv(jacobian))
 
 
-def _same_space(name: str, form: fem.Form, space: Any) -> None:
-    for other in form.function_spaces:
-        if not space.contains(other):
-            raise ValueError(f"{name} has test or trial functions of another space than a(u, v)'s; use one.")
-
-
-def _loads(L: Any, V: fem.FunctionSpace, update: Any) -> Callable[[float | None], np.ndarray]:
-    """Nodal forces (N, dim) as a function of the time (None: now)."""
-    nodes = V.dofmap.index_map
-    shape = (nodes.size_local + nodes.num_ghosts, V.dofmap.index_map_bs)
-
-    def nodal(load: Any) -> np.ndarray:
-        if isinstance(load, (ufl.Form, fem.Form)):
-            form = compiled(load, "L(v)", 1)
-            _same_space("L(v)", form, V._cpp_object)
-            load = vector(form)
-        return check_load(load, shape)
-
-    if L is None:
-        return lambda time: np.zeros(shape)
-    if isinstance(L, (ufl.Form, fem.Form)):
-        form = compiled(L, "L(v)", 1)
-        _same_space("L(v)", form, V._cpp_object)
-
-        def loads(time: float | None) -> np.ndarray:
-            if time is not None and update is not None:
-                update(time)
-            return check_load(vector(form), shape)
-
-        return loads
-    if callable(L):
-        return lambda time: nodal(L(0.0 if time is None else time))
-    return lambda time: nodal(L)
-
-
 def check_load(load: Any, shape: tuple[int, int]) -> np.ndarray:
-    """Return nodal forces as floats, or refuse them (ValueError)."""
+    """Return nodal forces as floats, or refuse them (TypeError, ValueError)."""
+    if not isinstance(load, np.ndarray | list | tuple | Real):
+        raise TypeError(
+            f"The load is a {type(load).__name__}; give a linear form L(v), a function of the time, or an "
+            f"array {shape} of forces on the nodes."
+        )
     force = np.asarray(load, dtype=np.float64)
     if force.shape != shape:
         raise ValueError(f"The load has the shape {force.shape}; these nodes need forces of {shape}.")

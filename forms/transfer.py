@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -15,6 +15,7 @@ from geometry.body import narrow
 from geometry.grid import PATTERN, number_rows
 
 from dolfinx import fem  # isort: skip
+from dolfinx import mesh as dolfinx_mesh  # isort: skip
 
 
 def nested_prolongations(V: fem.FunctionSpace, coarser: Sequence[Any]) -> list[sparse.csr_array]:
@@ -34,11 +35,18 @@ def nested_prolongations(V: fem.FunctionSpace, coarser: Sequence[Any]) -> list[s
     ValueError
         if the meshes are not nested
     """
+    if not isinstance(coarser, Iterable):
+        raise TypeError(f"coarser is a {type(coarser).__name__}; give a list of coarser meshes.")
     levels = [_nodes_and_cells(V)]
     levels += sorted((_nodes_and_cells(_space(mesh)) for mesh in coarser), key=lambda level: -len(level[0]))
     order = np.arange(len(levels[0][0]))
     prolongations = []
     for (points, _, _), (coarse, cells, cell) in pairwise(levels):
+        if len(coarse) >= len(points):
+            raise ValueError(
+                f"coarser holds a mesh of {len(coarse)} nodes, not fewer than the {len(points)} of the next "
+                "finer one; give only those that this mesh, and each other, were refined from."
+            )
         P = _means(cells, cell)
         chosen = _chosen(P @ coarse, points, len(coarse))
         P = P[chosen][order]
@@ -55,6 +63,8 @@ def _space(mesh: Any) -> Any:
     """Return the space of a mesh, or the space itself."""
     if isinstance(mesh, fem.FunctionSpace):
         return mesh
+    if not isinstance(mesh, dolfinx_mesh.Mesh):
+        raise TypeError(f"coarser holds a {type(mesh).__name__}; give meshes, or spaces on them.")
     return fem.functionspace(mesh, ("Lagrange", 1))
 
 

@@ -32,13 +32,15 @@ def poisson_ratio(nu: float, highest: float = 0.5) -> None:
 
 
 def is_road(road: Any) -> None:
-    """Refuse what is no road.
+    """Refuse what is no road, a class of roads too.
 
     Raises
     ------
     ValueError
         Naming its type.
     """
+    if isinstance(road, type):
+        raise ValueError(f"The road is the class {road.__name__}; give a road of it, {road.__name__}(...).")
     if not (hasattr(road, "closest") or hasattr(road, "at")):
         raise ValueError(
             f"The road is of type {type(road).__name__}; give one of geometry's, say Plane(), "
@@ -47,13 +49,19 @@ def is_road(road: Any) -> None:
         )
 
 
-def height_over(road: Any) -> Any:
-    """How far positions (n, d) are from a plane that does not turn, (n,), as a function; else None."""
-    moves = hasattr(road, "at")
-    ground = road.road if moves and getattr(road, "turn", True) is None else road
-    if not getattr(ground, "flat", False):
-        return None
-    return lambda points: ground.closest(points)[0]
+def is_contact(contact: Any) -> None:
+    """Refuse what is neither a body on a road nor a contact problem.
+
+    Raises
+    ------
+    TypeError
+        Naming its type.
+    """
+    if not hasattr(contact, "problem"):
+        raise TypeError(
+            f"The contact is a {type(contact).__name__}; give BodyOnRoad(system, facets, road), or a "
+            "ContactProblem."
+        )
 
 
 def tangential_load(Q: float, limit: float) -> None:

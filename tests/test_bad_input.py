@@ -66,7 +66,7 @@ def test_roads_that_are_none(elasticity, road):
 
 def test_names_in_names_and_words_for_numbers(elasticity):
     system = elasticity.system(np.zeros((9, 2)))
-    with pytest.raises(ValueError, match="give names of boundaries, or indices of facets"):
+    with pytest.raises(ValueError, match="give indices of facets, say .*, or names of boundaries"):
         BodyOnRoad(system, [["bottom"], "left"], Plane())
     with pytest.raises(ValueError, match="mu is 'rough', but"):
         BodyOnRoad(system, "bottom", Plane(), friction="rough")

@@ -341,6 +341,69 @@ def test_forms_that_cannot_be_used_are_refused_in_one_sentence():
         forms.assemble(a, bcs=[0.0])
 
 
+def pressed_rectangle():
+    """A rectangle that is lowered onto a plane: space, form, boundary condition, facets, system."""
+    domain, tags = rectangle_mesh()
+    V = fem.functionspace(domain, ("Lagrange", 1, (2,)))
+    top = fem.dirichletbc(np.array([0.0, -0.01]), fem.locate_dofs_topological(V, 1, tags.find(TOP)), V)
+    a, u, v = elastic(V)
+    return V, a, u, v, top, tags
+
+
+def test_what_is_no_argument_of_the_door_is_named():
+    V, a, u, v, top, tags = pressed_rectangle()
+    bottom, system = tags.find(BOTTOM), forms.assemble(a, None, [top])
+    contact = BodyOnRoad(system, bottom, Plane())
+    W = ufl.MixedFunctionSpace(V, fem.functionspace(V.mesh, ("P", 1)))
+    mixed = [ufl.inner(x, y) * ufl.dx for x, y in zip(ufl.TrialFunctions(W), ufl.TestFunctions(W))]
+    single = mesh.create_unit_square(MPI.COMM_SELF, 2, 2, dtype=np.float32)
+    X = fem.functionspace(single, ("Lagrange", 1, (2,)))
+    in_single = ufl.inner(ufl.TrialFunction(X), ufl.TestFunction(X)) * ufl.dx
+    beyond = fem.dirichletbc(np.zeros(2), np.array([10**4], dtype=np.int32), V)
+    weight = fem.form(ufl.inner(fem.Constant(V.mesh, (0.0, 1.0)), v) * ufl.dx)
+    none = fem.Constant(V.mesh, 0.0)
+    other = BodyOnRoad(system, tags.find(LEFT)[1:], Plane())
+    cases = {
+        "Facets are a MeshTags; .*tags.find": lambda: BodyOnRoad(system, tags, Plane()),
+        "Facets are a int": lambda: BodyOnRoad(system, BOTTOM, Plane()),
+        "Facets are a NoneType": lambda: BodyOnRoad(system, None, Plane()),
+        "each must be one number": lambda: BodyOnRoad(system, bottom[:, None], Plane()),
+        "of the type bool": lambda: BodyOnRoad(system, np.ones(20, dtype=bool), Plane()),
+        "is the class Plane": lambda: BodyOnRoad(system, bottom, Plane),
+        "bcs is a DirichletBC": lambda: forms.assemble(a, None, top),
+        "the unknown 20001, of 90": lambda: forms.assemble(a, None, [beyond]),
+        "on a mixed space": lambda: forms.assemble(sum(mixed)),
+        "in single precision": lambda: forms.assemble(in_single),
+        "The load is a Function": lambda: forms.assemble(a, fem.Function(V)),
+        "The load is a Vector": lambda: forms.assemble(a, fem.assemble_vector(weight)),
+        "update is a float": lambda: forms.assemble(a, update=1.0),
+        "stress is a ": lambda: forms.assemble(a, stress=stress(u)),
+        "is str; return a tensor": lambda: forms.assemble(a, stress=lambda u: "sigma"),
+        "coarser is a Mesh": lambda: forms.assemble(a, coarser=V.mesh),
+        "coarser holds a int": lambda: forms.assemble(a, coarser=[3]),
+        "not fewer than": lambda: forms.assemble(a, coarser=[V.mesh]),
+        "90 unknowns have no mass": lambda: forms.assemble(a, mass=none * ufl.inner(u, v) * ufl.dx),
+        "The contact is a System": lambda: solve(system),
+        "contact is a System": lambda: MovingBody.from_contact(system),
+        "The solution is a ndarray": lambda: contact.function(np.zeros((45, 2))),
+        "9 candidates, but this body has": lambda: other.fields(solve(contact)),
+        "The time is nan": lambda: list(follow(contact, [np.nan])),
+        "steps is 3": lambda: list(follow(contact, 3)),
+    }
+    for words, call in cases.items():
+        with pytest.raises((TypeError, ValueError), match=words):
+            call()
+
+
+def test_boundary_conditions_may_come_one_after_the_other():
+    V, a, _, _, top, tags = pressed_rectangle()
+    forces = []
+    for bcs in ([top], (top,), iter([top])):
+        contact = BodyOnRoad(forms.assemble(a, None, bcs), tags.find(BOTTOM), Plane())
+        forces.append(solve(contact).pressure_force.sum())
+    assert forces[0] > 1.0 and forces == [forces[0]] * 3
+
+
 def test_a_submesh_is_a_mesh_like_any_other():
     whole, _ = rectangle_mesh()
     half = mesh.locate_entities(whole, 2, lambda x: x[0] < 1.0 + 1e-9)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array, issparse
 
-from model.checks import height_over, is_road
+from model.checks import is_contact, is_road
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_laws import as_law
 from model.node_loop.node_loop import uncoupled_unknowns
@@ -161,6 +161,7 @@ class MovingBody:
         >>> float(state.displacement[:, 1].min().round(6))
         -0.001
         """
+        is_contact(contact)
         return cls._of(contact.system, contact.nodes, contact.road, contact.problem.friction, contact.limits)
 
     @classmethod
@@ -194,7 +195,7 @@ class MovingBody:
         """
         system = elasticity.system(load, support, density, damping)
         limits = LinearLimits(system.shape_gradients, system.cells)
-        return cls._of(system, system.candidates(boundary, height_over(road))[0], road, friction, limits)
+        return cls._of(system, system.candidates(boundary, road)[0], road, friction, limits)
 
     @classmethod
     def _of(cls, system: Any, nodes: np.ndarray, road: Any, friction: Any, limits: Any) -> "MovingBody":

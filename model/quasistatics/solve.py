@@ -3,10 +3,13 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
+from math import isfinite
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
+from model.checks import is_contact
 from model.problem.contact_problem import ContactProblem
 from model.quasistatics import load_stepping
 from model.quasistatics.curved_contact import CurvedContact
@@ -89,6 +92,8 @@ def solve(
     made = {name: options.pop(name) for name in OF_SOLVER if name in options}
     if isinstance(contact, ContactProblem):
         return ContactSolver(contact, correction, **made).solve(tolerance=tolerance, **options)
+    is_contact(contact)
+    time = None if time is None else _time(time)
     problem = replace(contact.problem, b=contact.system.load_at(time))
     solver = solver_of(problem, correction, **made)
     road = contact.road
@@ -153,6 +158,7 @@ def follow(
         solver = ContactSolver(contact, correction, **made)
         yield from load_stepping.follow(solver, steps, tolerance, **options)
         return
+    is_contact(contact)
     solver, road = solver_of(contact.problem, correction, **made), contact.road
     times: list[float | None] = []
     if getattr(road, "flat", False):
@@ -167,14 +173,23 @@ def follow(
         yield replace(solution, time=times[-1])
 
 
+def _time(time: Any) -> float:
+    """Return a time as a float, or refuse what is no finite number (ValueError)."""
+    if not (isinstance(time, Real) and isfinite(time)):
+        raise ValueError(f"The time is {time!r}; give a finite number.")
+    return float(time)
+
+
 def _loads(
     contact: Any, steps: Iterable[Any], times: list[float | None]
 ) -> Iterator[tuple[float, np.ndarray]]:
     """Time and load (R, dim) of each step; `times` becomes those that were given."""
+    if not isinstance(steps, Iterable):
+        raise TypeError(f"steps is {steps!r}; give a list of times, or of load vectors.")
     for number, step in enumerate(steps, start=1):
         if step is None or np.ndim(step) == 0:
-            times.append(None if step is None else float(step))
-            yield (number if step is None else float(step)), contact.system.load_at(step)
+            times.append(None if step is None else _time(step))
+            yield (number if step is None else _time(step)), contact.system.load_at(times[-1])
         else:
             times.append(None)
             yield number, np.asarray(step, dtype=np.float64)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from model.checks import height_over, is_road
+from model.checks import is_road
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
 from model.problem.varying_friction import placed
@@ -86,7 +86,7 @@ class BodyOnRoad:
                 "elasticity.system(load, support) returns."
             )
         is_road(road)
-        nodes, area = system.candidates(facets, height_over(road))
+        nodes, area = system.candidates(facets, road)
         points = system.points[nodes]
         gap, normal, _ = road_at(road).closest(points)
         near = np.full(nodes.size, True) if reach is None else gap <= reach
@@ -150,20 +150,26 @@ class BodyOnRoad:
         BeyondLinear
             Where strains or rotations are beyond what linear strain is true to and no solve has said so.
         """
-        self.look(solution)
+        self.look(self._own(solution))
         return self._normal_force(solution) / self.area
 
     def traction(self, solution: Any) -> np.ndarray:
         """Return the traction (n, dim) of the road on the body at the candidates, lumped (MPa)."""
-        return np.asarray(solution.contact_force / self.area[:, None])
+        return np.asarray(self._own(solution).contact_force / self.area[:, None])
 
     def displacement(self, solution: Any) -> np.ndarray:
-        """Return the displacement of all nodes of the space, (N, dim)."""
-        return np.asarray(self.system.expand(solution.displacement))
+        """Return the displacement of all nodes of the space, (N, dim).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no solution, or that of a body with another number of nodes.
+        """
+        return np.asarray(self.system.expand(self._own(solution).displacement))
 
     def function(self, solution: Any) -> Any:
         """Return the displacement as a dolfinx Function in the user's own space."""
-        return self.system.function(solution.displacement)
+        return self.system.function(self._own(solution).displacement)
 
     def fields(self, solution: Any) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Return the fields of nodes and of cells for `model.write_xdmf` and `model.Series`.
@@ -262,6 +268,21 @@ class BodyOnRoad:
             road_at(self.road, getattr(solution, "time", 0.0)),
             around,
         )
+
+    def _own(self, solution: Any) -> Any:
+        """Return a solution of this body and these candidates, or refuse it."""
+        if not (hasattr(solution, "displacement") and hasattr(solution, "contact_force")):
+            raise TypeError(
+                f"The solution is a {type(solution).__name__}; give what solve(contact) returns, or a State "
+                "of motion."
+            )
+        nodes, candidates = len(solution.displacement), len(solution.contact_force)
+        if (nodes, candidates) != (len(self.system.fixed), len(self.nodes)):
+            raise ValueError(
+                f"The solution is of {nodes} nodes and {candidates} candidates, but this body has "
+                f"{len(self.system.fixed)} and {len(self.nodes)}; give a solution of this contact."
+            )
+        return solution
 
     def _normal_force(self, solution: Any) -> np.ndarray:
         """Pressure forces (n,); in motion, of the normals where the candidates are now."""
