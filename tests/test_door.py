@@ -461,6 +461,23 @@ def test_nested_meshes_bring_the_multigrid_its_prolongations(cell):
         forms.assemble(a, L, bcs, coarser=meshes[:1])
 
 
+def test_meshes_may_be_refined_in_part_and_held_where_they_are_not():
+    meshes = [rectangle_mesh("triangle")[0]]
+    for _ in range(3):
+        meshes[-1].topology.create_entities(1)
+        low = mesh.locate_entities(meshes[-1], 1, lambda x: x[1] < 0.3)
+        meshes.append(mesh.refine(meshes[-1], low)[0])
+    V = fem.functionspace(meshes[-1], ("Lagrange", 1, (2,)))
+    a, _, _ = elastic(V)
+    top = fem.locate_dofs_geometrical(V, lambda x: np.isclose(x[1], 1.0))
+    bottom = mesh.locate_entities_boundary(meshes[-1], 1, lambda x: np.isclose(x[1], 0.0))
+    bcs = [fem.dirichletbc(np.array([0.003, -0.01]), top, V)]
+    contact = BodyOnRoad(forms.assemble(a, None, bcs, coarser=meshes[:-1]), bottom, Plane(), friction=0.2)
+    solution, direct = solve(contact, "multigrid"), solve(contact, "direct")
+    assert solution.cycles <= 15
+    np.testing.assert_allclose(solution.displacement, direct.displacement, atol=1e-9 * 0.01, rtol=0)
+
+
 def test_without_a_stress_the_file_is_written_and_it_is_said(tmp_path):
     domain, tags = rectangle_mesh()
     V = fem.functionspace(domain, ("Lagrange", 1, (2,)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, LinearRoad, Plane, half_ball, half_cylinder, rectangle, ring
+from geometry import Body, LinearRoad, Plane, box, half_ball, half_cylinder, rectangle, ring
 from model import BodyOnRoad, ContactSolver, solve
 from model.quasistatics.curved_contact import CurvedContact
 
@@ -108,3 +108,16 @@ def test_a_body_that_no_force_moves_along_the_road_stays_there_and_says_so(corre
     if correction == "direct":  # the others drift as their rounding goes
         assert np.abs(solution.displacement[:, 0].mean()) < 1e-6
     assert not solution.unique
+
+
+@pytest.mark.parametrize("correction", ["direct", "algebraic", "multigrid"])
+@pytest.mark.parametrize("grid", [rectangle(2.0, 1.0, 4, 2), box(2.0, 1.0, 1.0, 4, 2, 2)], ids=["2-D", "3-D"])
+def test_a_body_on_a_smooth_plane_may_be_free_to_go_along_it(grid, correction):
+    body = Body.from_grid(grid, 1)
+    elasticity = Elasticity(body, Isotropic(1000.0, 0.0))
+    support = Support(body).fix("top", **{"xyz"[body.dim - 1]: -0.01})
+    system = elasticity.system(np.zeros_like(body.coordinates), support)
+    plane = Plane(np.zeros(body.dim), np.eye(body.dim)[-1])
+    solution = solve(BodyOnRoad(system, "bottom", plane), correction)
+    assert solution.contact_force[:, -1].sum() == pytest.approx(1000.0 * 0.01 * 2.0, rel=1e-9)
+    assert np.abs(solution.displacement).max() == pytest.approx(0.01, rel=1e-9)

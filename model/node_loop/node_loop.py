@@ -52,6 +52,9 @@ class NodeLoop:
         diagonal_blocks(A, rows, self.diagonal)
         self.inverse = np.empty_like(self.diagonal)
         generalised_inverses(self.diagonal, rows, self.inverse)
+        alone = np.einsum("iaa->ia", self.diagonal)
+        # of a coarser mesh, unknowns that the truncation at supports has left nothing stay where they are
+        self._prescriber = np.where(alone == 0.0, 1.0, alone)
         self.uncoupled = uncoupled_unknowns(A)
         self.loaded, self._some_uncoupled = ~self.uncoupled, bool(self.uncoupled.any())
         self.nodes = np.asarray(contact_nodes, dtype=np.int64)
@@ -123,7 +126,7 @@ class NodeLoop:
         n, d = self.force.shape
         self.b = b
         if self.given.any():
-            there = b[self.nodes] / np.einsum("iaa->ia", self.diagonal)[self.nodes]
+            there = b[self.nodes] / self._prescriber[self.nodes]
             along = np.einsum("ca,ca->c", self.normal, np.where(self.given, there, 0.0))
             gap = (gap + np.where(self.part < 1.0, along, 0.0)) / self.part
             reference = np.where(self.given, there, 0.0 if reference is None else reference)
@@ -159,8 +162,7 @@ class NodeLoop:
     def prescribe(self, b: np.ndarray, u: np.ndarray) -> None:
         """Set the prescribed unknowns of u (N, d) to their values under the load b (N, d)."""
         if self._some_uncoupled:
-            diagonal = np.einsum("iaa->ia", self.diagonal)
-            u[self.uncoupled] = b[self.uncoupled] / diagonal[self.uncoupled]
+            u[self.uncoupled] = b[self.uncoupled] / self._prescriber[self.uncoupled]
 
     def sweep(self, u: np.ndarray, status: np.ndarray, count: int = 1) -> None:
         """Sweep `count` times over all nodes, updating u (N, d) and status (n,) in place."""
@@ -285,11 +287,11 @@ def uncoupled_unknowns(A):
     Prescribed ones, whose value is load over diagonal entry.
     """
     d = A.data.shape[1]
-    lone = np.ones((A.indptr.size - 1, d), dtype=np.bool_)
-    for i in range(lone.shape[0]):
+    alone = np.ones((A.indptr.size - 1, d), dtype=np.bool_)
+    for i in range(alone.shape[0]):
         for k in range(A.indptr[i], A.indptr[i + 1]):
             for a in range(d):
                 for b in range(d):
                     if A.data[k, a, b] != 0.0 and (a != b or A.indices[k] != i):
-                        lone[i, a] = False
-    return lone
+                        alone[i, a] = False
+    return alone

@@ -142,7 +142,7 @@ class Condensation:
         _, sizes, directions = np.linalg.svd(
             np.linalg.qr(np.concatenate([G, scale * self.resistance]), mode="r")
         )
-        self._seen = directions[sizes > SEEN * sizes.max()].T
+        self._seen = directions[sizes > SEEN * np.linalg.norm(shapes)].T
         self._motions = shapes @ self._seen  # (n, d, p) of the candidates
         order = qr((G @ self._seen).T, mode="r", pivoting=True)[1]
         self._anchors = np.unique(order[: self._seen.shape[1]] // sides)
