@@ -1,5 +1,7 @@
 """Exchange of nodal values between the ranks that share a mesh."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 
@@ -60,9 +62,21 @@ class Exchange:
             request.Wait()
         return receives
 
+    def among(self, nodes: np.ndarray) -> tuple[Exchange, np.ndarray]:
+        """Return an exchange at some owned nodes (k,) alone, and their copies held here (m,); collective."""
+        mark = np.zeros(self.owned + sum(receive.size for _, _, receive in self.shared), dtype=bool)
+        mark[nodes] = True
+        self.update(mark)
+        shared = [(rank, send[mark[send]], receive[mark[receive]]) for rank, send, receive in self.shared]
+        shared = [(rank, send, receive) for rank, send, receive in shared if send.size + receive.size]
+        return Exchange(self.comm, shared, self.owned), self.owned + np.flatnonzero(mark[self.owned :])
+
     def sum(self, value: Any) -> Any:
-        """Return the sum over all ranks of a number or an array; collective."""
-        return self.comm.allreduce(value)
+        """Return the sum over all ranks of a number or an array of numbers; collective."""
+        mine = np.array(value, order="C")
+        total = np.empty_like(mine)
+        self.comm.Allreduce(mine, total)
+        return total if total.ndim else total.item()
 
     def max(self, value: float) -> float:
         """Return the largest value of all ranks; collective."""
@@ -71,6 +85,11 @@ class Exchange:
     def dot(self, x: np.ndarray, y: np.ndarray) -> float:
         """Return the inner product of x and y (N, d), each node counted once; collective."""
         return float(self.sum(float(np.vdot(x[: self.owned], y[: self.owned]))))
+
+    def dots(self, rows: Sequence[np.ndarray], y: np.ndarray) -> np.ndarray:
+        """Return the inner products (k,) of some x (N, d) with y (N, d), by one sum; collective."""
+        own = y[: self.owned]
+        return np.asarray(self.sum(np.array([float(np.vdot(x[: self.owned], own)) for x in rows])))
 
     def any(self, value: bool) -> bool:
         """Tell whether the value is true on any rank; collective."""

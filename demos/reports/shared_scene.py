@@ -19,7 +19,7 @@ from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_ball, half_cylinder_nested, rectangle
 from geometry.exchange import Exchange
 from model import BodyOnRoad, solve
-from model.ranks.shared_levels import CoarsestMesh
+from model.ranks.gathered_meshes import WholeMesh
 
 COMM, R = MPI.COMM_WORLD, 10.0
 SPENT = {"exchange": 0.0, "reduce": 0.0, "gather": 0.0, "waiting": 0.0}
@@ -82,14 +82,14 @@ def main(kind, refinements, mu, out):
     """Solve, and write what each rank spent."""
     warnings.simplefilter("ignore")
     began = perf_counter()
-    warm = scene(kind, 1, float(mu) or None)  # so that no compiled code is loaded while the clock runs
+    warm = scene(kind, 3 if kind == "plane" else 2, float(mu) or None)  # loads compiled code, off the clock
     solve(warm, "multigrid", tolerance=1e-8, progress=False)
     contact = scene(kind, int(refinements), float(mu) or None)
     built = perf_counter() - began
     timed(Exchange, "_swap", "exchange")
     for name in ("sum", "max"):
         timed(Exchange, name, "reduce")
-    timed(CoarsestMesh, "gather", "gather")
+    timed(WholeMesh, "gather", "gather")
     COMM.Barrier()
     began = perf_counter()
     solution = solve(contact, "multigrid", tolerance=1e-8, progress=False)

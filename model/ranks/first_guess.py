@@ -10,30 +10,37 @@ from model.node_loop.blocks import defect
 from model.node_loop.node_loop import place_on_road
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
-from model.ranks.shared_levels import CoarsestMesh, SharedCycle, SharedLevel
+from model.ranks.gathered_meshes import GatheredCycle
+from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
 from model.solvers.contact_solver import ContactSolver
 from model.solvers.convergence_record import NotConverged
+from model.solvers.truncated_multigrid import NESTED
 
-NESTED = 1e-1  # natural residual to which coarser meshes solve for a first guess
+EXACT = 1e-6  # natural residual of a small mesh: it must have found the nodes that hold the body
 
 
 class GatheredSolver:
-    """The contact problem of the coarsest mesh, gathered and solved on every rank.
+    """The contact problem of a mesh that is too small to be shared, gathered and solved on every rank.
 
     Parameters
     ----------
     problem : SharedProblem
+    level : SharedLevel
+        Its matrix, truncated at supports only.
+    meshes : GatheredCycle
+        The mesh, and those below it.
     """
 
-    def __init__(self, problem: SharedProblem, level: SharedLevel):
-        mesh = self.mesh = CoarsestMesh(level)
+    def __init__(self, problem: SharedProblem, level: SharedLevel, meshes: GatheredCycle):
+        mesh, self.level = meshes.mesh, level
+        self.mesh = mesh
         candidate = np.zeros((level.nodes, 1 + level.d))
         candidate[problem.contact_nodes, 0] = 1.0
         candidate[problem.contact_nodes, 1:] = problem.normal
         whole = mesh.gather(candidate)
         self.nodes, self.own = np.flatnonzero(whole[:, 0]), mesh.number[problem.contact_nodes]
-        A = mesh.matrix()
+        A = mesh.matrix(level.A)
         empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)  # truncation has left nothing there
         gathered = ContactProblem(
             bsr_array(A + diags_array(empty), blocksize=A.blocksize),
@@ -43,15 +50,18 @@ class GatheredSolver:
             whole[self.nodes, 1:],
             np.zeros(self.nodes.size),
             None if problem.friction is None else problem.friction.with_each(lambda value: 0.0),
+            prolongations=meshes.prolongations,
         )
-        self.solver = ContactSolver(gathered, "direct", progress=False)
+        nested = len(meshes.prolongations) > 0
+        self.solver = ContactSolver(gathered, "multigrid" if nested else "direct", progress=False)
+        self.tolerance = NESTED if nested else EXACT
 
     def solve(
         self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, reference: np.ndarray, told: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return displacement (nodes held, d) and status (n,) of the owned candidates; collective."""
         mesh, d = self.mesh, b.shape[1]
-        spread = np.zeros((mesh.level.nodes, 1 + 2 * d + told.shape[1]))
+        spread = np.zeros((self.level.nodes, 1 + 2 * d + told.shape[1]))
         spread[self.own - mesh.first] = np.column_stack([gap, normal, reference, told])
         whole = mesh.gather(spread)[self.nodes]
         told = whole[:, 1 + 2 * d :]
@@ -65,9 +75,9 @@ class GatheredSolver:
             normal=whole[:, 1 : d + 1],
             tangential_reference=whole[:, d + 1 : 2 * d + 1],
             slipped=told[:, 0],
-            tolerance=1e-6,
+            tolerance=self.tolerance,
         )
-        status = np.zeros(len(mesh.gather(b)), dtype=np.int8)
+        status = np.zeros(mesh.size, dtype=np.int8)
         status[self.nodes] = solution.status
         return solution.displacement[mesh.number], status[self.own]
 
@@ -110,9 +120,9 @@ class FirstGuess:
         candidate[nodes] = 1.0
         self.exchange.update(candidate)
         self.between = np.abs(at_candidates @ candidate - at_candidates.sum(axis=1)) < 1e-9
-        coarsest = not coarse.prolongations
-        self.gathered = GatheredSolver(coarse, fine.coarser.copied()) if coarsest else None
-        self.solver = None if self.gathered else solver(coarse, progress=False, finer=cycle)
+        small = len(cycle.levels) == 2
+        self.gathered = GatheredSolver(coarse, fine.coarser, cycle.coarsest) if small else None
+        self.solver = None if small else solver(coarse, progress=False, finer=cycle)
 
     def update_normals(self, loop: Any) -> None:
         """Follow the new normals of the finer mesh; collective."""

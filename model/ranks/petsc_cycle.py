@@ -39,15 +39,20 @@ class PetscCycle:
         d = finest.d
         self._columns = (number[:, None] * d + np.arange(d)).ravel()
         self._points = coordinates[: exchange.owned]
+        self._projectors = np.tile(np.eye(d), (finest.nodes, 1, 1))
         self._solver: Any = None
+        self._stale = True
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
-        """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d); collective."""
-        level, petsc = self.levels[0], self._petsc
+        """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d)."""
+        self._projectors[nodes], self._stale = projectors, True
+
+    def _set_up(self) -> None:
+        """Hand the truncated matrix to PETSc; collective."""
+        level, petsc, T = self.levels[0], self._petsc, self._projectors
         A, d, owned = level.A, level.d, level.exchange.owned
-        T = np.tile(np.eye(d), (level.nodes, 1, 1))
-        T[nodes] = projectors
-        data = T[level.rows] @ A.data @ T[A.indices]
+        rows = np.repeat(np.arange(owned), np.diff(A.indptr).astype(np.int64))
+        data = T[rows] @ A.data @ T[A.indices]
         largest = level.exchange.max(float(np.abs(A.data[level.middle]).max(initial=0.0)))
         data[level.middle] += largest * (np.eye(d) - T[:owned]) + SHIFT * largest * np.eye(d)
         shape = (owned * d, level.nodes * d)
@@ -88,6 +93,9 @@ class PetscCycle:
     def __call__(self, r: np.ndarray) -> np.ndarray:
         """Solve for A z = r; overwritten by the next call; collective."""
         level = self.levels[0]
+        if self._stale:
+            self._set_up()
+            self._stale = False
         self._b.array[:] = r[: level.exchange.owned].ravel()
         self._solver.solve(self._b, self._x)
         level.z[: level.exchange.owned] = self._x.array.reshape(-1, level.d)

@@ -11,17 +11,26 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from scipy.sparse import bsr_array, csr_array
+from scipy.sparse import csr_array
 
 from model.node_loop.blocks import (
     BlockMatrix,
     backward_sweep,
-    block_matrix,
+    diagonal_positions,
     generalised_inverses,
     sweep_from_zero,
 )
-from model.solvers.galerkin_coarsening import galerkin_pattern, nodal_prolongation, transfers, transposed
-from model.solvers.truncated_multigrid import dense_inverse, projected_inverses
+from model.ranks.gathered_meshes import GatheredCycle, WholeMesh, first_small
+from model.solvers.galerkin_coarsening import (
+    columns_of,
+    galerkin_pattern,
+    nodal_prolongation,
+    transfers,
+    transposed,
+)
+from model.solvers.truncated_multigrid import projected_inverses, truncate_rows
+
+KEPT = 0.4  # of the diagonal blocks, below
 
 
 class SharedLevel:
@@ -39,9 +48,9 @@ class SharedLevel:
     def __init__(self, A: BlockMatrix, exchange: Any, nodes: int):
         self.A, self.exchange, self.nodes, self.d = A, exchange, nodes, A.data.shape[1]
         self.inverse = np.zeros((exchange.owned, self.d, self.d))
-        self.rows = np.repeat(np.arange(exchange.owned), np.diff(A.indptr).astype(np.int64))
-        self.middle = np.flatnonzero(self.rows == A.indices).astype(np.uint64)
+        self.middle = diagonal_positions(A)
         self.ghost = np.flatnonzero(A.indices >= exchange.owned)
+        self.ghost_rows = np.searchsorted(A.indptr, self.ghost.astype(np.uint64), side="right") - 1
         self.weight, self.diagonal = np.zeros_like(self.inverse), np.zeros_like(self.inverse)
         self.z, self.rest, self.load = (np.zeros((nodes, self.d)) for _ in range(3))
         self.invert()
@@ -60,21 +69,31 @@ class SharedLevel:
         return other
 
     def invert(self, rows: np.ndarray | None = None) -> None:
-        """Invert the diagonal blocks of owned rows (k,), default all, with half their ghost entries' weight.
+        """Invert the diagonal blocks of owned rows (k,), default all, made heavier by their ghost entries.
 
-        That makes Gauss-Seidel within the ranks converge whatever their number: with M what a sweep inverts,
-        M + M^T - A stays positive (Baker, Falgout, Kolev and Yang, SIAM J. Sci. Comput. 33 (2011) 2864). A
-        block E weighs (E E^T)^(1/2), the least that will do; the sizes of its entries, as there, weigh more.
+        Gauss-Seidel within the ranks converges, whatever their number, where with M what a sweep inverts,
+        M + M^T - A is positive. It is, with the diagonal blocks D, weights W added to them, and entries E
+        between ranks, D + 2 W - E, which is no less than (1 - KEPT) D for
+
+            2 W = (sum (E E^T)^(1/2) - KEPT D)_+,
+
+        the positive part being taken in the inner product of D. Half the sum of the sizes of all E, with
+        nothing kept, is W in A. H. Baker, R. D. Falgout, T. V. Kolev, U. M. Yang, SIAM J. Sci. Comput. 33
+        (2011) 2864. On 2, 4 and 8 ranks balls and half cylinders of 2,571 to 132,387 unknowns take at most 16
+        cycles with 0 for KEPT, 15 with 0.3 to 0.6, 19 with 0.9; alone 13.
         """
         rows = np.arange(self.exchange.owned) if rows is None else rows
         chosen = np.zeros(self.exchange.owned, dtype=bool)
         chosen[rows] = True
-        ghost = self.ghost[chosen[self.rows[self.ghost]]]
-        E = self.A.data[ghost]
+        here = chosen[self.ghost_rows]
+        E = self.A.data[self.ghost[here]]
         squares, turns = np.linalg.eigh(E @ E.transpose(0, 2, 1))
-        weights = (turns * np.sqrt(np.maximum(squares, 0.0))[:, None, :]) @ turns.transpose(0, 2, 1)
+        sizes = (turns * np.sqrt(np.maximum(squares, 0.0))[:, None, :]) @ turns.transpose(0, 2, 1)
+        near, place = np.unique(self.ghost_rows[here], return_inverse=True)
+        total = np.zeros((near.size, self.d, self.d))
+        np.add.at(total, place, sizes)
         self.weight[rows] = 0.0
-        np.add.at(self.weight, self.rows[ghost], 0.5 * weights)
+        self.weight[near] = 0.5 * excess(total, self.A.data[self.middle[near]])
         self.diagonal[rows] = self.A.data[self.middle[rows]] + self.weight[rows]
         generalised_inverses(self.diagonal, rows, self.inverse)
 
@@ -104,8 +123,7 @@ class SharedLevel:
         self.product = BlockMatrix(indptr, indices, np.zeros((indices.size, self.d, self.d)))
         rows = np.repeat(np.arange(weights.shape[1]), np.diff(indptr).astype(np.int64))
         self._gathered = Gathered(rows, indices.astype(np.int64), exchange, ids)
-        A = self._gathered.matrix(self.d)
-        self.coarser = SharedLevel(A, exchange, weights.shape[1])
+        self.coarser = SharedLevel(self._gathered.matrix(self.d), exchange, weights.shape[1])
         self.recompute()
         return self.coarser
 
@@ -114,39 +132,48 @@ class SharedLevel:
 
         Return the owned coarse rows (m,) that have changed.
         """
-        touched = np.zeros(self.children.indptr.size - 1)
-        if fine is None:
-            touched[:] = 1.0
-        else:
-            here = np.zeros(self.exchange.owned, dtype=bool)
-            here[fine] = True
-            owned = self.P.indptr[: self.exchange.owned + 1].astype(np.int64)
-            touched[self.P.indices[: owned[-1]][np.repeat(here, np.diff(owned))]] = 1.0
+        coarser, exchange = self.coarser, self.coarser.exchange
+        touched = np.zeros(coarser.nodes)
+        touched[slice(None) if fine is None else columns_of(self.P, fine, coarser.nodes)] = 1.0
         rows = np.flatnonzero(touched)
         self.transfers.galerkin_rows(self.A, self.P, self.children, rows, self.product)
-        self._gathered.sum(self.product.data, self.coarser.A.data)
-        self.coarser.exchange.add(touched)
-        changed = np.flatnonzero(touched[: self.coarser.exchange.owned])
-        self.coarser.invert(changed)
+        exchange.add(touched)
+        exchange.update(touched)
+        self._gathered.sum(self.product, touched > 0.0, coarser.A)
+        changed = np.flatnonzero(touched[: exchange.owned])
+        coarser.invert(changed)
         return changed
 
     def around(self, nodes: np.ndarray) -> np.ndarray:
         """Return the owned rows (k,) of which some entry belongs to one of some nodes (m,), ghosts too."""
-        marked = np.zeros(self.nodes, dtype=bool)
+        owned, marked = self.exchange.owned, np.zeros(self.nodes, dtype=bool)
         marked[nodes] = True
-        return np.unique(self.rows[marked[self.A.indices]])
+        rows = columns_of(self.A, nodes[nodes < owned], self.nodes)
+        of_ghosts = self.ghost_rows[marked[self.A.indices[self.ghost]]]
+        return np.union1d(rows[rows < owned], of_ghosts)
 
     def sweep_from_zero(self, r: np.ndarray) -> None:
         """Sweep over the owned rows for A z = r from z = 0, and find the defect `rest`; collective."""
         sweep_from_zero(self.d)(self.A, self.middle, self.inverse, r, self.z, self.rest)
         self.exchange.update(self.z)
-        subtract_ghosts(self.A, self.rows[self.ghost], self.ghost, self.z, self.rest)
+        subtract_ghosts(self.A, self.ghost_rows, self.ghost, self.z, self.rest)
 
     def backward_sweep(self, r: np.ndarray) -> None:
-        """Sweep backwards over the owned rows for A z = r; collective."""
-        self.exchange.update(self.z)
+        """Sweep backwards over the owned rows for A z = r, from z of which ghosts are known; collective."""
         backward_sweep(self.d)(self.A, self.inverse, r, self.z)
         self.exchange.update(self.z)
+
+
+def excess(sizes: np.ndarray, D: np.ndarray) -> np.ndarray:
+    """Positive parts (k, d, d) of sizes - KEPT D, symmetric, in the inner products of the blocks D."""
+    values, turns = np.linalg.eigh(D)
+    root = np.sqrt(np.maximum(values, 0.0))
+    some = root > 1e-6 * root.max(axis=1, keepdims=True, initial=0.0)  # beside that the rest is rounding
+    inverse = np.where(some, 1.0 / np.where(some, root, 1.0), 0.0)
+    to, back = turns * root[:, None, :], turns * inverse[:, None, :]
+    shares, directions = np.linalg.eigh(back.transpose(0, 2, 1) @ sizes @ back)
+    to = to @ directions
+    return np.asarray((to * np.maximum(shares - KEPT, 0.0)[:, None, :]) @ to.transpose(0, 2, 1))
 
 
 @njit(cache=True, error_model="numpy")
@@ -174,26 +201,28 @@ class Gathered:
 
     def __init__(self, rows: np.ndarray, columns: np.ndarray, exchange: Any, ids: np.ndarray):
         comm, owned = exchange.comm, exchange.owned
-        self.comm = comm
-        self.sent: list[tuple[int, np.ndarray]] = []
+        self.comm, self.owned = comm, owned
+        self.sent: list[tuple[int, np.ndarray, np.ndarray]] = []
         asked: list[Any] = [np.zeros((0, 2), dtype=np.int64) for _ in range(comm.size)]
         for rank, _, receive in exchange.shared:
             entries = np.flatnonzero(np.isin(rows, receive))
-            self.sent.append((rank, entries))
+            self.sent.append((rank, entries, rows[entries]))
             asked[rank] = ids[np.stack([rows[entries], columns[entries]], axis=1)]
         order = np.argsort(ids)
-        received = {
-            rank: order[np.searchsorted(ids, pairs, sorter=order)]
-            for rank, pairs in enumerate(comm.alltoall(asked))
-        }
-        self.own = np.flatnonzero(rows < owned)
-        pairs = [np.stack([rows[self.own], columns[self.own]], axis=1), *received.values()]
+        received = [
+            order[np.searchsorted(ids, pairs, sorter=order)] for pairs in comm.alltoall(asked)
+        ]  # of each rank, nodes held here
+        own = np.flatnonzero(rows < owned)
+        pairs = [np.stack([rows[own], columns[own]], axis=1), *received]
         keys = np.concatenate([p[:, 0] * len(ids) + p[:, 1] for p in pairs])
         distinct, place = np.unique(keys, return_inverse=True)
         self.rows, self.columns = np.divmod(distinct, len(ids))
         places = np.split(place, np.cumsum([len(p) for p in pairs])[:-1])
-        self.own_place, self.owned = places[0], owned
-        self.received = {rank: where for rank, where in zip(received, places[1:]) if where.size}
+        self.place = np.zeros(rows.size, dtype=np.int64)
+        self.place[own] = places[0]
+        self.received = [
+            (rank, where, self.rows[where]) for rank, where in enumerate(places[1:]) if where.size
+        ]
 
     def matrix(self, d: int) -> BlockMatrix:
         """Return the matrix of the owned rows, zero as yet."""
@@ -201,73 +230,43 @@ class Gathered:
         data = np.zeros((self.rows.size, d, d))
         return BlockMatrix(indptr.astype(np.uint64), self.columns.astype(np.uint32), data)
 
-    def sum(self, contributions: np.ndarray, data: np.ndarray) -> None:
-        """Write the sum of all ranks' contributions (m, d, d) into `data`; collective."""
-        data[:] = 0.0
-        data[self.own_place] = contributions[self.own]
-        shape = contributions.shape[1:]
-        buffers = {rank: np.empty((where.size, *shape)) for rank, where in self.received.items()}
-        requests = [self.comm.Irecv(values, rank) for rank, values in buffers.items()]
-        requests += [
-            self.comm.Isend(contributions[entries], rank) for rank, entries in self.sent if entries.size
-        ]
+    def sum(self, product: BlockMatrix, touched: np.ndarray, A: BlockMatrix) -> None:
+        """Write all ranks' contributions to the rows that are touched (nodes,) into A; collective."""
+        put_rows(np.flatnonzero(touched[: self.owned]), product, self.place, A)
+        arriving, requests = [], []
+        for rank, where, rows in self.received:
+            where = where[touched[rows]]
+            if where.size:
+                values = np.empty((where.size, *A.data.shape[1:]))
+                requests.append(self.comm.Irecv(values, rank))
+                arriving.append((where, values))
+        for rank, entries, rows in self.sent:
+            entries = entries[touched[rows]]
+            if entries.size:
+                requests.append(self.comm.Isend(product.data[entries], rank))
         for request in requests:
             request.Wait()
-        for rank, where in self.received.items():
-            data[where] += buffers[rank]
+        for where, values in arriving:
+            A.data[where] += values
 
 
-class CoarsestMesh:
-    """The coarsest mesh, gathered on every rank and solved there.
-
-    Attributes
-    ----------
-    number : (nodes,)
-        Number of each node held here in the gathered mesh.
-
-    Parameters
-    ----------
-    level : SharedLevel
-    """
-
-    def __init__(self, level: SharedLevel):
-        comm, exchange = level.exchange.comm, level.exchange
-        counts = comm.allgather(exchange.owned)
-        self.level, self.counts = level, counts
-        self.first = sum(counts[: comm.rank])
-        number = np.zeros((level.nodes, 1), dtype=np.int64)
-        number[: exchange.owned, 0] = self.first + np.arange(exchange.owned)
-        exchange.update(number)
-        self.number = number[:, 0]
-        self.inverse: np.ndarray | None = None
-
-    def solve(self, r: np.ndarray, z: np.ndarray) -> None:
-        """Solve A z = r for the owned nodes and the ghosts; collective."""
-        level = self.level
-        d = level.d
-        if self.inverse is None:
-            A = block_matrix(self.matrix())
-            self.inverse = dense_inverse(A, None, np.zeros((d * sum(self.counts), 0)))
-        whole = self.gather(r)
-        z[:] = (self.inverse @ whole.ravel()).reshape(-1, d)[self.number]
-
-    def matrix(self) -> bsr_array:
-        """Return the whole matrix; collective."""
-        level, nodes = self.level, sum(self.counts)
-        own = [self.first + level.rows, self.number[level.A.indices], level.A.data]
-        rows, columns, data = (np.concatenate(x) for x in zip(*level.exchange.comm.allgather(own)))
-        order = np.lexsort((columns, rows))
-        indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=nodes))])
-        size = nodes * level.d
-        return bsr_array((data[order], columns[order], indptr), shape=(size, size))
-
-    def gather(self, values: np.ndarray) -> np.ndarray:
-        """Return the values of all owned nodes in the order of the gathered mesh; collective."""
-        return np.concatenate(self.level.exchange.comm.allgather(values[: self.level.exchange.owned]))
+@njit(cache=True, error_model="numpy")
+def put_rows(rows, product, place, A):
+    """Write rows of a product into those of A, which has entries besides: entry k goes to place[k]."""
+    d = A.data.shape[1]
+    for i in rows:
+        for k in range(A.indptr[i], A.indptr[i + 1]):
+            for a in range(d):
+                for b in range(d):
+                    A.data[k, a, b] = 0.0
+        for k in range(product.indptr[i], product.indptr[i + 1]):
+            for a in range(d):
+                for b in range(d):
+                    A.data[place[k], a, b] = product.data[k, a, b]
 
 
 class SharedCycle:
-    """V-cycles over meshes that many ranks share.
+    """V-cycles over meshes that many ranks share, the coarsest of them gathered.
 
     Parameters
     ----------
@@ -287,52 +286,39 @@ class SharedCycle:
         exchanges: Sequence[Any],
         ids: Sequence[np.ndarray],
     ):
-        levels = [finest]
-        for weights, exchange, numbers in zip(prolongations, exchanges, ids, strict=True):
-            levels.append(levels[-1].coarsen(weights, exchange, numbers))
-        self._take(levels)
+        self.levels, shared = [finest], 1 + first_small(finest.d, exchanges)
+        for weights, exchange, numbers in zip(prolongations[:shared], exchanges, ids):
+            self.levels.append(self.levels[-1].coarsen(weights, exchange, numbers))
+        meshes = [
+            WholeMesh(exchange, weights.shape[1]) for weights, exchange in zip(prolongations, exchanges)
+        ]
+        meshes = meshes[shared - 1 :]
+        between = [f.weights(P, c) for (f, c), P in zip(pairwise(meshes), prolongations[shared:])]
+        self.coarsest = GatheredCycle(self.levels[-1], meshes[0], between)
 
     def below(self, A: BlockMatrix) -> "SharedCycle":
         """Return cycles that begin on the next coarser mesh, with its matrix kept in A."""
         other = object.__new__(SharedCycle)
-        levels = [level.copied() for level in self.levels[1:]]
+        levels = other.levels = [level.copied() for level in self.levels[1:]]
         levels[0].A = A
         for fine, coarse in pairwise(levels):
             fine.coarser = coarse
-        other._take(levels)
+        other.coarsest = self.coarsest.of(levels[-1])
         return other
 
-    def _take(self, levels: list[SharedLevel]) -> None:
-        finest, self.levels = levels[0], levels
-        self.held = np.tile(np.eye(finest.d), (finest.nodes, 1, 1))
-        self.diagonal = finest.A.data[finest.middle].copy()
-        self.coarsest = CoarsestMesh(self.levels[-1])
-
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
-        """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d), all others to nothing.
+        """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d).
 
-        Only what sees nodes that are held in another way than before, or whose diagonal block has changed, is
-        computed anew; collective.
+        Only the rows of the coarse matrices that see these nodes are computed anew; collective.
         """
         finest = self.levels[0]
-        owned, d = finest.exchange.owned, finest.d
-        held, diagonal = np.tile(np.eye(d), (finest.nodes, 1, 1)), finest.A.data[finest.middle]
-        held[nodes] = projectors
-        changed = np.any(held != self.held, axis=(1, 2))
-        changed[:owned] |= np.any(diagonal != self.diagonal, axis=(1, 2))
-        self.held, self.diagonal = held, diagonal
-        here = np.flatnonzero(changed)
-        own = here[here < owned]
-        finest.hold(own, held[own])
-        self.coarsest.inverse = None
-        if len(self.levels) == 1:
-            return
-        rows = np.flatnonzero(np.repeat(changed, np.diff(finest.P.indptr).astype(np.int64)))
-        of = np.repeat(np.arange(finest.nodes), np.diff(finest.P.indptr).astype(np.int64))[rows]
-        finest.P.data[rows] = held[of] @ finest.full[rows]
-        changed_rows = finest.around(here)
+        own = nodes < finest.exchange.owned
+        finest.hold(nodes[own], projectors[own])
+        truncate_rows(finest.P, finest.full, nodes, projectors)
+        changed = finest.around(nodes)
         for fine, _ in pairwise(self.levels):
-            changed_rows = fine.recompute(changed_rows)
+            changed = fine.recompute(changed)
+        self.coarsest.stale = True
 
     def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
         """One V(1,1)-cycle for A z = r from z = 0, on level `number`; overwritten by the next call."""

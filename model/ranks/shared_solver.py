@@ -56,8 +56,10 @@ class SharedLoop(NodeLoop):
     def residual(self, u: np.ndarray, status: np.ndarray) -> float:
         """Natural residual of `u` (nodes held, d) on all ranks; collective."""
         super().residual(u, status)
-        missing, force = self.norm(self.R), self.norm(self.force)
-        return 0.0 if missing == 0.0 else missing / (self.load_size + force or missing)
+        squares = np.array([length(self.R) ** 2, length(self.force) ** 2])
+        missing, force = (float(size) for size in np.sqrt(self.exchange.sum(squares)))
+        self.scale = self.load_size + force
+        return 0.0 if missing == 0.0 else missing / (self.scale or missing)
 
     def norm(self, x: np.ndarray) -> float:
         """Euclidean norm of values (N, d) at all ranks' own nodes; collective."""
@@ -126,30 +128,38 @@ class SharedSolver:
         if self.exchange.comm.rank == 0:
             announce_compilation()
         self.loop = SharedLoop(problem)
+        self.cycle = self._make(finer)
         N, d = problem.coordinates.shape
-        self.fixed = np.zeros((N, d))
-        self.fixed[: self.exchange.owned] = self.loop.uncoupled
-        self.exchange.update(self.fixed)
-        self.cycle: Any
-        if finer is not None:
-            self.cycle = finer.below(self.loop.A)
-        elif self.name in ("multigrid", "none"):
-            coarser = (problem.prolongations, problem.exchanges[1:], problem.ids[1:])
-            finest = SharedLevel(self.loop.A, self.exchange, N)
-            self.cycle = SharedCycle(finest, *(coarser if self.name == "multigrid" else ((), (), ())))
-        else:
-            finest = SharedLevel(self.loop.A, self.exchange, N)
-            self.cycle = PetscCycle(finest, problem.coordinates, self.name)
-        self.projectors = np.eye(d) * (1.0 - self.fixed)[:, :, None]
-        nested = nested and self.name == "multigrid"
-        if nested:  # coarser meshes are to see the supports
-            held = np.flatnonzero(self.fixed.any(axis=1))
+        fixed = np.zeros((N, d))
+        fixed[: self.exchange.owned] = self.loop.uncoupled
+        self.exchange.update(fixed)
+        self.projectors = np.eye(d) * (1.0 - fixed)[:, :, None]
+        self.alone = np.nonzero(self.loop.uncoupled)
+        if self.cycle is not None:
+            held = np.flatnonzero(fixed.any(axis=1))
             self.cycle.truncate(held, self.projectors[held])
+        nested = nested and self.name == "multigrid"
         self.first_guess = FirstGuess(problem, self.cycle, SharedSolver) if nested else None
-        n = problem.contact_nodes.size
-        self.follow, self.support, self._supports = np.zeros((n, d)), np.zeros((n, d, d)), False
-        self.status: np.ndarray | None = None
+        nodes = problem.contact_nodes
+        self.contacts, copies = self.exchange.among(nodes)
+        self.candidates, self.news = np.concatenate([nodes, copies]), np.zeros(N, dtype=bool)
+        n = nodes.size
+        self.follow, self.support = np.zeros((n, d)), np.zeros((n, d, d))
+        self.rubs = np.zeros(0, dtype=np.int64)
+        self.status, self.last = np.zeros(n, dtype=np.int8), np.zeros(n, dtype=np.int8)
         self.setup_seconds = perf_counter() - began
+
+    def _make(self, finer: SharedCycle | None) -> Any:
+        """Make what corrects."""
+        problem, A = self.problem, self.loop.A
+        if finer is not None:
+            return finer.below(A)
+        if self.name == "none":
+            return None
+        finest = SharedLevel(A, self.exchange, len(problem.coordinates))
+        if self.name == "multigrid":
+            return SharedCycle(finest, problem.prolongations, problem.exchanges[1:], problem.ids[1:])
+        return PetscCycle(finest, problem.coordinates, self.name)
 
     def solve(
         self,
@@ -229,7 +239,7 @@ class SharedSolver:
         """Give every candidate a plane by its unit normal (n, d), unless it has it; collective."""
         if self.exchange.any(not np.array_equal(normal, self.loop.normal)):
             self.loop.update_normals(normal)
-            self.status = None
+            self.status[self.status != Status.FREE] = -1
             if self.first_guess is not None:
                 self.first_guess.update_normals(self.loop)
 
@@ -276,16 +286,16 @@ class SharedSolver:
             if record.finished(loop.residual(u, status)):
                 return
             self._linearise(u, status)
-            with supported(self.cycle.levels[0], loop.nodes, self.support):
+            rubs = self.rubs
+            with supported(self.cycle.levels[0], loop.nodes[rubs], self.support[rubs]):
                 steady = 0 if self._truncate(status) else steady + 1
-                scale = loop.load_size + np.sqrt(exchange.sum(float(np.vdot(loop.force, loop.force))))
                 R = np.zeros_like(u)
                 R[: exchange.owned] = loop.R
                 self._project(R)
                 missing = np.sqrt(exchange.dot(R, R))
                 part = 0.0 if loop.friction is None else min(UNSTEADY, record.history[-1] ** FORCING)
                 part = UNSTEADY if steady == 0 else part
-                wanted = max(part * missing, 0.3 * record.tolerance * scale)
+                wanted = max(part * missing, 0.3 * record.tolerance * loop.scale)
                 x, cycles = self._correction(R, wanted, status)
             record.cycles += cycles
             u += self._fall(x, u, status) * x
@@ -303,7 +313,10 @@ class SharedSolver:
                 (loop.R, loop.force),
                 (self.follow, self.support),
             )
+            before = self.rubs
             friction_tangent(loop.contact, u, *forces, status, law, loop.slip_rate, *derivatives)
+            self.rubs = np.flatnonzero(self.support.any(axis=(1, 2)))
+            self.status[before] = self.status[self.rubs] = -1
 
     def _fall(self, x: np.ndarray, u: np.ndarray, status: np.ndarray) -> float:
         """Part of a correction x after which no node is deeper below the road than one is above it now."""
@@ -343,25 +356,27 @@ class SharedSolver:
             product[nodes] -= pressure[:, None] * follow
             return product
 
-        return flexible_gmres(with_friction, self.cycle, R, wanted, KRYLOV, exchange.dot)
+        return flexible_gmres(with_friction, self.cycle, R, wanted, KRYLOV, exchange.dots)
 
     def _truncate(self, status: np.ndarray) -> bool:
         """Hold the nodes as `status` says; True if that changed anything anywhere; collective."""
-        changed = self.exchange.any(self.status is None or not np.array_equal(status, self.status))
-        supports = self.exchange.any(bool(self.support.any()))
-        if not (changed or supports or self._supports):
-            return False
-        self._supports = supports
-        loop, d = self.loop, self.projectors.shape[1]
-        self.projectors[:] = np.eye(d) * (1.0 - self.fixed)[:, :, None]
-        numbers = np.arange(status.size)
-        self.projectors[loop.nodes] = free_directions(loop, numbers, status)
-        self.exchange.update(self.projectors)
-        held = np.flatnonzero(np.abs(self.projectors - np.eye(d)).sum(axis=(1, 2)))
-        self.cycle.truncate(held, self.projectors[held])
-        self.held, self.status = held[held < self.exchange.owned], status.copy()
-        return changed
+        loop, changed = self.loop, np.flatnonzero(status != self.status)
+        anew, different = self.exchange.sum(np.array([changed.size, np.sum(self.last != status)]))
+        self.last[:] = status
+        if anew:
+            nodes = loop.nodes[changed]
+            self.projectors[nodes] = free_directions(loop, changed, status[changed])
+            self.news[nodes] = True
+            self.contacts.update(self.projectors)
+            self.contacts.update(self.news)
+            here = self.candidates[self.news[self.candidates]]
+            self.news[here] = False
+            self.cycle.truncate(here, self.projectors[here])
+            self.status[changed] = status[changed]
+        return bool(different)
 
     def _project(self, r: np.ndarray) -> None:
         """Zero the components of r (nodes held, d) in which owned nodes are held or prescribed."""
-        r[self.held] = np.einsum("cab,cb->ca", self.projectors[self.held], r[self.held])
+        held = self.loop.nodes[self.status != Status.FREE]
+        r[held] = np.einsum("cab,cb->ca", self.projectors[held], r[held])
+        r[self.alone] = 0.0
