@@ -10,9 +10,12 @@ from geometry import Body, Plane, rectangle
 from model import (
     BodyOnRoad,
     ContactSolver,
+    MovingBody,
+    Newmark,
     Status,
     coulomb,
     follow,
+    friction_law,
     solve,
     static_kinetic,
     stribeck,
@@ -20,17 +23,29 @@ from model import (
 )
 
 ELASTICITY = Elasticity(Body.from_grid(rectangle(1.0, 0.5, 4, 2), refinements=1), Isotropic(1.0, 0.3))
+
+
+def limited(pressure, slip, state, mu, most):
+    """A user's own law: after slip less holds, and never more than the material bears."""
+    return min((0.8 if state else 1.0) * mu * pressure, most)
+
+
 LAWS = {
     "none": None,
     "coulomb": coulomb(0.4),
     "static_kinetic": static_kinetic(0.5, 0.2),
     "stribeck": stribeck(0.5, 0.2, 1e-3),
     "viscous": viscous(0.3, 0.1),
+    "by place": coulomb(lambda x: 0.2 + 0.3 * x[:, 0]),
+    "own": friction_law(limited, 0.4, 0.01),
 }
 
 
+CORRECTIONS = ["none", "direct", "algebraic", "multigrid"]
+
+
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("correction", ["none", "direct", "algebraic", "multigrid"])
+@pytest.mark.parametrize("correction", CORRECTIONS)
 def test_two_runs_with_one_solver_are_two_runs_with_two(law, correction):
     push, pull = (ELASTICITY.body_force(force) for force in ((0.0, -0.05), (0.03, 0.0)))
     system = ELASTICITY.system(push, Support(ELASTICITY.body).fix("top", x=0.0, y=0.0))
@@ -47,6 +62,21 @@ def test_two_runs_with_one_solver_are_two_runs_with_two(law, correction):
             assert np.array_equal(a.displacement, b.displacement)
             assert np.array_equal(a.contact_force, b.contact_force)
             assert np.array_equal(a.state, b.state)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("correction", CORRECTIONS)
+def test_two_runs_in_time_with_one_scheme_are_two_runs_with_two(law, correction):
+    support = Support(ELASTICITY.body).fix("top", x=lambda t: 0.02 * t, y=lambda t: -0.01 * t)
+    system = ELASTICITY.system(np.zeros_like(ELASTICITY.body.coordinates), support, density=1.0)
+    body = MovingBody.from_contact(BodyOnRoad(system, "bottom", Plane((0.0, -0.001)), friction=LAWS[law]))
+    one, other = (Newmark(body, 0.1, correction=correction) for _ in range(2))
+    ends = [[scheme.run(scheme.start(), steps) for steps in (6, 10)] for scheme in (one, one, other)]
+    assert ends[0][0].count and np.any(ends[0][1].status == Status.SLIP)
+    for again in ends[1:]:
+        for a, b in zip(ends[0], again, strict=True):
+            for name in ("displacement", "velocity", "acceleration", "contact_force", "status", "memory"):
+                assert np.array_equal(getattr(a, name), getattr(b, name)), name
 
 
 def test_a_problem_is_frozen():

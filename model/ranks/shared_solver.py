@@ -245,6 +245,7 @@ class SharedSolver:
 
     def solve_step(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Solve the problem the loop is aimed at, from an admissible u and status, in place; collective."""
+        self.last[:] = status
         if self.first_guess is not None and self.loop.residual(u, status) > record.tolerance:
             self.first_guess.correct(self.loop, u, status)
         self._rounds(u, status, record)
@@ -257,6 +258,7 @@ class SharedSolver:
         loop.set_load(b[: self.exchange.owned], gap, reference, told)
         u = np.zeros((len(b), b.shape[1]))
         status = loop.start(u, None)
+        self.last[:] = status
         if self.first_guess is not None:
             self.first_guess.correct(loop, u, status)
         with suppress(NotConverged):

@@ -298,7 +298,7 @@ class Multigrid:
 
         Coarser meshes, where there are any, first correct u as far as they can (nested iteration).
         """
-        loop = self.loop
+        loop, self.last[:] = self.loop, status
         if self.coarser is not None and loop.residual(u, status) > record.tolerance:
             self.coarser.first_guess(loop, u, status, record)
         best, best_status, idle, steady, turned = np.inf, status.copy(), 0, 0, False
