@@ -6,10 +6,15 @@ from typing import Any
 import numpy as np
 from scipy.optimize import nnls
 
-COARSEST = 500  # unknowns of the coarsest mesh, about
-UPDATES = (
-    4  # exchanges on each level of a cycle: after both sweeps, before the second, and of restricted defects
-)
+COARSEST = 3_000  # unknowns of the first mesh that is gathered, about
+UPDATES = 3  # exchanges on each level of a cycle: after both sweeps, and of restricted defects
+MENDED = {
+    "calls of compiled code": "fewer and longer calls: a level's sweep, transfer and exchange in one",
+    "messages": "coarse meshes on fewer ranks (agglomeration)",
+    "bytes": "sweeping inner nodes while values travel; cycles in single precision",
+    "sums over all ranks": "pipelined Krylov methods, or V-cycles alone",
+    "the coarsest mesh": "gathering it in stages, on part of the ranks",
+}
 
 
 class ParallelModel:
