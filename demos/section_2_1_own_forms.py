@@ -31,7 +31,7 @@ from mpi4py import MPI
 
 import forms
 from geometry import Plane, RoundRoad
-from model import BodyOnRoad, MassRedistribution, MovingBody, follow, march, solve
+from model import BodyOnRoad, MassRedistribution, MovingBody, follow, integrate, solve
 
 scene = Scene("section_2_1_own_forms", "A strip on an elastic foundation: own mesh, tags and forms.")
 scene.built("K", "M").left_out("C", "gmsh")
@@ -88,7 +88,7 @@ hill.write(scene.out / "hill.xdmf", last)
 load.value = 0.0, -1.2 * q
 dt = H / 16 / np.sqrt(E / rho)  # a wave crosses a cell
 scheme = MassRedistribution(MovingBody.from_contact(BodyOnRoad(strip(rho=rho), bottom, Plane())), dt)
-swings = march(scheme, scheme.start(solution.displacement), 200 if scene.quick else 1000)
+swings = integrate(scheme, scheme.start(solution.displacement), 200 if scene.quick else 1000)
 forces = [state.contact_force[:, 1].sum() / L for state in swings]
 lines, at_rest = {"computed": (1e3 * dt * np.arange(1, len(forces) + 1), forces)}, 1.2 * expected
 scene.result("mean_pressure_in_time", np.mean(forces), "MPa", at_rest, "eq. (a), over many periods")

@@ -23,7 +23,7 @@ from forms.tilting import Tilting, spreading
 
 
 class Eliminated(NamedTuple):
-    """A matrix after the supports: with lone diagonal entries, and what it couples prescribed unknowns to."""
+    """A matrix after the supports: with single diagonal entries, and what it couples prescribed unknowns to."""
 
     A: sparse.bsr_array
     coupling: sparse.csr_array
@@ -39,7 +39,7 @@ class System:
     Attributes
     ----------
     A : (R dim, R dim) stiffness in dim x dim blocks. A prescribed unknown keeps its place as a row and column
-        with a lone diagonal entry, its effect moved to the load.
+        with a diagonal entry alone, its effect moved to the load.
     M, C : likewise mass and damping, or None
     load : (R, dim), as it was when assembled; `load_at` reads it anew
     coordinates : (R, dim); of a platen, the mean of its nodes
@@ -470,7 +470,7 @@ def _renumber(A: sparse.bsr_array, node_of: np.ndarray, R: int) -> sparse.bsr_ar
 
 
 def _eliminate(A: sparse.bsr_array, fixed: np.ndarray) -> Eliminated:
-    """Leave prescribed unknowns a lone diagonal entry each, and keep what they act on others with."""
+    """Leave prescribed unknowns a diagonal entry alone, and keep what they act on others with."""
     dim = A.blocksize[0]
     diagonal = A.diagonal().reshape(fixed.shape)
     if not fixed.any():

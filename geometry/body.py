@@ -304,15 +304,15 @@ class Body:
         """One tag for every set of boundaries that have a facet in common, those of one boundary first."""
         none = np.empty(0, dtype=np.int32)
         facets = np.unique(np.concatenate([none, *self._indices.values()]))
-        member = np.zeros((len(facets), len(self._indices)), dtype=np.int64)
+        belongs = np.zeros((len(facets), len(self._indices)), dtype=np.int64)
         for column, indices in enumerate(self._indices.values()):
-            member[np.searchsorted(facets, indices), column] = 1
-        alone = member.sum(axis=1) == 1
-        values = member @ np.arange(1, member.shape[1] + 1)
+            belongs[np.searchsorted(facets, indices), column] = 1
+        alone = belongs.sum(axis=1) == 1
+        values = belongs @ np.arange(1, belongs.shape[1] + 1)
         names: dict[str, int | tuple[int, ...]] = {name: k for k, name in enumerate(self._indices, start=1)}
         if not alone.all():
-            values[~alone] = len(names) + 1 + number_rows(member[~alone])[1]
-            tags = [tuple(np.unique(values[column == 1]).tolist()) for column in member.T]
+            values[~alone] = len(names) + 1 + number_rows(belongs[~alone])[1]
+            tags = [tuple(np.unique(values[column == 1]).tolist()) for column in belongs.T]
             names = {name: of if len(of) > 1 else of[0] for name, of in zip(names, tags)}
         return names, dolfinx_mesh.meshtags(
             self.mesh, self.dim - 1, facets.astype(np.int32), values.astype(np.int32)

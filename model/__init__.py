@@ -35,7 +35,7 @@ from model.quasistatics.solve import follow, solve
 from model.recording.checkpoint import load_checkpoint, save_checkpoint
 from model.recording.energy_balance import EnergyGrowth
 from model.recording.history import History
-from model.recording.time_loop import march
+from model.recording.time_loop import integrate
 from model.recording.wave_resolution import UnresolvedWaves
 from model.results.body_on_road import BodyOnRoad, von_mises
 from model.results.pressure import (
@@ -118,12 +118,12 @@ __all__ = [
     "force_figure",
     "friction_law",
     "goodman_stick_ratio",
+    "integrate",
     "ledger_figure",
     "line_error",
     "linear_limits",
     "load_checkpoint",
     "lumped",
-    "march",
     "mesh_figure",
     "new_figure",
     "on_body",

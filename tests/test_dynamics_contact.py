@@ -22,7 +22,7 @@ from model import (
 )
 from model.dynamics.step_problem import save_step
 from model.recording.history import History
-from model.recording.time_loop import march
+from model.recording.time_loop import integrate
 
 
 @pytest.mark.parametrize("scheme", [*SCHEMES, CentralDifferences])
@@ -47,7 +47,7 @@ def test_first_touch_within_the_step():
     scheme = Newmark(moving, 0.01)
     first = scheme.start(velocity=velocity)
     history = History(scheme, first, {"A": int(np.argmin(moving.coordinates[:, 1]))})
-    for _ in march(scheme, first, 33, history):
+    for _ in integrate(scheme, first, 33, history):
         pass
     assert abs(history.touches("A")[0] - np.sqrt(2 * 0.5 / 9.81)) < 1e-12
     assert history["time"][np.argmax(history["contacts"] > 0)] == pytest.approx(0.32)
@@ -202,7 +202,7 @@ def test_a_step_that_does_not_resolve_the_waves_is_named():
     first = scheme.start(velocity=velocity)
     history = History(scheme, first)
     with pytest.warns(UnresolvedWaves, match=r"dt = 0.01 does not resolve .* take dt = 0.00"):
-        for _ in march(scheme, first, 40, history):
+        for _ in integrate(scheme, first, 40, history):
             pass
     assert history.resolution.fewest < 5
 
@@ -244,7 +244,7 @@ def test_supports_and_loads_that_change():
         scheme = scheme(moving, 0.02)
         first = scheme.start()
         history = History(scheme, first)
-        for state in march(scheme, first, 100, history):
+        for state in integrate(scheme, first, 100, history):
             assert np.abs(state.displacement[moving.prescribed]).max() == 0.0
         if np.isfinite(history["numerical"]).all():  # no closed form: HHT and generalised alpha
             assert np.abs(history["gain"] - history["numerical"]).max() < 1e-15

@@ -6,7 +6,7 @@ from bodies_in_motion import NEVER_GAIN, SCHEMES, bouncing_ring, cube, energy, m
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_ball, rectangle
-from model import CentralDifferences, History, MassRedistribution, MovingBody, Newmark, march
+from model import CentralDifferences, History, MassRedistribution, MovingBody, Newmark, integrate
 from model.problem.rigid_modes import rigid_motions
 
 KINETIC = 33.0  # of the ring at the start
@@ -50,7 +50,7 @@ def test_stabilised_schemes_know_what_they_lose(scheme):
     scheme = scheme(moving, 0.01)
     state = scheme.start(velocity=velocity)
     history = History(scheme, state)
-    for _ in march(scheme, state, 60, history):
+    for _ in integrate(scheme, state, 60, history):
         pass
     assert np.abs(history["gain"] - history["numerical"]).max() < 1e-12 * KINETIC
     assert history["gain"].max() < 1e-12 * KINETIC

@@ -9,7 +9,7 @@ import pytest
 import pyvista
 from bodies_in_motion import SCHEMES, bouncing_ring
 
-from model import CentralDifferences, History, Newmark, load_checkpoint, march
+from model import CentralDifferences, History, Newmark, integrate, load_checkpoint
 
 STATE = ("displacement", "velocity", "acceleration", "contact_force", "gap", "status", "mean_force")
 
@@ -23,17 +23,17 @@ def test_a_restart_continues_bit_for_bit(scheme, stop, tmp_path):
     whole = scheme(moving, dt)
     start = whole.start(velocity=velocity)
     record = History(whole, start, {"A": 0}, tmp_path / "history.csv")
-    *_, state = march(whole, start, steps, record)
+    *_, state = integrate(whole, start, steps, record)
 
     first = scheme(moving, dt)
     begun = first.start(velocity=velocity)
-    for _ in march(first, begun, stop, History(first, begun, {"A": 0}), tmp_path / "run.npz"):
+    for _ in integrate(first, begun, stop, History(first, begun, {"A": 0}), tmp_path / "run.npz"):
         pass
     second = scheme(bouncing_ring(0.1)[0], dt)
     history = History(second, second.start(velocity=velocity), {"A": 0}, tmp_path / "resumed.csv")
     loaded = load_checkpoint(tmp_path / "run.npz", second, history)
     assert loaded.step == stop
-    *_, resumed = march(second, loaded, steps - stop, history)
+    *_, resumed = integrate(second, loaded, steps - stop, history)
 
     assert resumed.step == state.step
     for name in STATE:
@@ -49,7 +49,7 @@ def test_a_restart_continues_bit_for_bit(scheme, stop, tmp_path):
 def test_a_checkpoint_of_another_run_is_refused(tmp_path):
     moving, velocity = bouncing_ring()
     scheme = Newmark(moving, 0.01)
-    for _ in march(scheme, scheme.start(velocity=velocity), 2, checkpoint=tmp_path / "run.npz"):
+    for _ in integrate(scheme, scheme.start(velocity=velocity), 2, checkpoint=tmp_path / "run.npz"):
         pass
     with pytest.raises(ValueError, match="of another run"):
         load_checkpoint(tmp_path / "run.npz", Newmark(moving, 0.005))
@@ -62,7 +62,7 @@ RUN = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from bodies_in_motion import Body, bouncing_ring, ring
-from model import History, Newmark, march
+from model import History, Newmark, integrate
 from model.results.xdmf import Series
 moving, velocity = bouncing_ring(0.1)
 body = Body.from_grid(ring(0.5, 0.2, 40, 3, lowest=(0.0, 0.5)))
@@ -70,7 +70,7 @@ scheme = Newmark(moving, 0.01)
 state = scheme.start(velocity=velocity)
 history = History(scheme, state, {"A": 0}, "history.csv")
 series = Series("ring.xdmf", body)
-for state in march(scheme, state, 100_000, history, "run.npz", every=10):
+for state in integrate(scheme, state, 100_000, history, "run.npz", every=10):
     series.write(state.time, {"displacement": state.displacement})
     print(state.step, flush=True)
 """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bodies_in_motion import NEVER_GAIN, rod, steps
 
-from model import CentralDifferences, History, Newmark, Status, march
+from model import CentralDifferences, History, Newmark, Status, integrate
 from model.closed_forms.rod import RodImpact
 
 exact = RodImpact()
@@ -13,7 +13,7 @@ exact = RodImpact()
 def impact(scheme, start, until=3.0):
     first = scheme.start(start)
     history = History(scheme, first, {"end": int(np.argmin(scheme.body.coordinates[:, 0]))})
-    for _ in march(scheme, first, round(until / scheme.dt), history):
+    for _ in integrate(scheme, first, round(until / scheme.dt), history):
         pass
     return history
 

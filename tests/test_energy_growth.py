@@ -7,7 +7,7 @@ import pytest
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, rectangle
-from model import ContactStabilised, EnergyGrowth, History, MassRedistribution, MovingBody, Newmark, march
+from model import ContactStabilised, EnergyGrowth, History, MassRedistribution, MovingBody, Newmark, integrate
 
 
 def thrown_rod():
@@ -30,7 +30,7 @@ def said(scheme, recorded, steps=300):
     history = History(scheme, state) if recorded else None
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        for _ in march(scheme, state, steps, history, progress=False):
+        for _ in integrate(scheme, state, steps, history, progress=False):
             pass
     return [str(w.message) for w in caught if w.category is EnergyGrowth], history
 

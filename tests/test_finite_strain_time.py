@@ -16,8 +16,8 @@ from model import (
     MovingBody,
     Newmark,
     NotConverged,
+    integrate,
     load_checkpoint,
-    march,
     save_checkpoint,
 )
 from model.finite_strain.definite import indefinite, shifted
@@ -57,7 +57,7 @@ def test_flight_with_spin_keeps_energy_spin_and_momentum():
     state = scheme.start(velocity=6.0 * np.stack([-arm[:, 1], arm[:, 0]], axis=1) + [3.0, 1.0])
     history, begin = History(scheme, state), spin(scheme, state)
     turned = 0.0
-    for after in march(scheme, state, 30, history, progress=False):
+    for after in integrate(scheme, state, 30, history, progress=False):
         assert spin(scheme, after) == pytest.approx(begin, rel=1e-12)
         turned += angle(body, state.displacement, after.displacement)
         state = after
@@ -76,7 +76,7 @@ def test_bounce_gains_nothing_and_keeps_contact_exact(mu):
     velocity = np.zeros_like(body.coordinates) + [3.0, -2.0]
     begin = scheme.start(velocity=velocity)
     history = History(scheme, begin)
-    for state in march(scheme, begin, 50, history, progress=False):
+    for state in integrate(scheme, begin, 50, history, progress=False):
         assert np.array_equal(state.gap == 0.0, state.status != 0)
         assert body.gaps(state.displacement)[0].min() > -1e-14
     kinetic = history["kinetic"][0]
@@ -141,7 +141,7 @@ def test_a_block_in_space_bounces_with_friction():
     scheme = EnergyMomentum(moving, 1e-3)
     state = scheme.start(velocity=np.zeros_like(body.coordinates) + [1.0, 0.5, -1.0])
     history = History(scheme, state)
-    for _ in march(scheme, state, 15, history, progress=False):
+    for _ in integrate(scheme, state, 15, history, progress=False):
         pass
     assert history["contacts"].max() > 0
     assert history["gain"].max() < 1e-10 * history["kinetic"][0]
@@ -165,7 +165,7 @@ def test_supports_hold_and_platens_move_as_one():
     scheme = EnergyMomentum(moving, 0.002)
     begin = scheme.start(velocity=np.where(moving.prescribed, 0.0, [0.0, -1.0]))
     history = History(scheme, begin)
-    for state in march(scheme, begin, 20, history, progress=False):
+    for state in integrate(scheme, begin, 20, history, progress=False):
         u = moving.expand(state.displacement)
         assert np.ptp(u[body.nodes("top")], axis=0).max() == 0.0
         assert np.abs(u[body.nodes("left"), 0]).max() == 0.0

@@ -6,7 +6,7 @@ from scipy.integrate import solve_bvp
 
 from forms import Hyperelasticity, NeoHookean, Support
 from geometry import Body, Plane, box, rectangle, ring
-from model import BodyOnRoad, EnergyMomentum, FiniteBody, FiniteContact, History, march
+from model import BodyOnRoad, EnergyMomentum, FiniteBody, FiniteContact, History, integrate
 
 pytestmark = pytest.mark.filterwarnings("ignore::model.UnresolvedWaves")
 INNER, OUTER, RUBBER = 0.2, 0.5, NeoHookean(E=1000.0, nu=0.3)
@@ -85,7 +85,7 @@ def test_energy_is_pressure_times_volume_and_motion_keeps_it():
     scheme = EnergyMomentum(moving, 0.0025)
     state = scheme.start(velocity=np.zeros_like(u) + [1.0, -1.0])
     history = History(scheme, state)
-    for _ in march(scheme, state, 40, history, progress=False):
+    for _ in integrate(scheme, state, 40, history, progress=False):
         pass
     assert history["contacts"].max() > 0
     assert history["gain"].max() < 1e-10 * history["kinetic"][0]

@@ -5,7 +5,7 @@ import pytest
 
 from forms import Hyperelasticity, NeoHookean
 from geometry import Body, LinearRoad, Plane, RoundRoad, SmoothRoad, box, ring
-from model import EnergyMomentum, FiniteBody, History, LosslessContact, march
+from model import EnergyMomentum, FiniteBody, History, LosslessContact, integrate
 
 pytestmark = pytest.mark.filterwarnings("ignore::model.UnresolvedWaves")
 
@@ -20,7 +20,7 @@ def ring_above_road(mu=None, height=0.0, around=48, across=4, road=None):
 def ridden(scheme, steps, velocity):
     begin = scheme.start(velocity=velocity)
     history = History(scheme, begin)
-    *_, end = march(scheme, begin, steps, history, progress=False)
+    *_, end = integrate(scheme, begin, steps, history, progress=False)
     return history, end
 
 
@@ -48,7 +48,7 @@ def test_a_bounce_keeps_energy_and_contact_exact(mu):
     scheme = LosslessContact(body, 0.005)
     state = scheme.start(velocity=np.zeros_like(body.coordinates) + [3.0, -2.0])
     history = History(scheme, state)
-    for after in march(scheme, state, 50, history, progress=False):
+    for after in integrate(scheme, state, 50, history, progress=False):
         assert np.array_equal(after.gap == 0.0, after.status != 0)
         assert body.gaps(after.displacement)[0].min() > -1e-14
     kinetic = history["kinetic"][0]
@@ -98,7 +98,7 @@ def test_a_ring_runs_over_roads_that_bend(kind):
     scheme = LosslessContact(body, 0.005)
     state = scheme.start(velocity=rolling(body))
     history = History(scheme, state)
-    for after in march(scheme, state, 8 if kind == "smooth" else 40, history, progress=False):
+    for after in integrate(scheme, state, 8 if kind == "smooth" else 40, history, progress=False):
         gap = body.gaps(after.displacement)[0]
         assert gap.min() > -1e-12 and np.abs(gap[after.status != 0]).max(initial=0.0) < 1e-12
     kinetic = history["kinetic"][0]

@@ -17,7 +17,7 @@ from model import (
     Newmark,
     Status,
     follow,
-    march,
+    integrate,
     solve,
     static_kinetic,
 )
@@ -133,11 +133,11 @@ def test_a_press_that_comes_down_and_goes_up_again_does_no_work_in_the_end():
     scheme = ContactStabilised(held, 5e-3)
     first = scheme.start()
     history = History(scheme, first)
-    *_, middle = march(scheme, first, 100, history)
+    *_, middle = integrate(scheme, first, 100, history)
     stiffness = 1e4 / (1 - 0.3**2) / 0.5
     assert -middle.contact_force[:, 1].sum() == pytest.approx(0.01 * stiffness, rel=0.2)
     assert abs(middle.displacement[body.nodes("top"), 1] + 0.01).max() < 1e-12
-    *_, last = march(scheme, middle, 100, history)
+    *_, last = integrate(scheme, middle, 100, history)
     assert last.count == 0
     assert history["gain"].max() <= 1e-12 * history["strain"].max()
 

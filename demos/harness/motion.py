@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from harness.scene import Scene
-from model import History, march, write_road
+from model import History, integrate, write_road
 from model.dynamics.step_problem import save_step
 from model.results.xdmf import Series, on_body
 
@@ -41,7 +41,7 @@ def recorded(
     """
     most = first = scheme.start(displacement, velocity)
     history = History(scheme, first, points, path)
-    for state in march(scheme, first, steps, history):
+    for state in integrate(scheme, first, steps, history):
         most = state if state.count > most.count else most
         if on_state is not None:
             on_state(state)

@@ -8,7 +8,7 @@ from scipy.signal import welch
 
 from geometry import Plane
 from harness.scene import Scene
-from model import ContactProblem, ContactStabilised, History, Solution, march, solve
+from model import ContactProblem, ContactStabilised, History, Solution, integrate, solve
 from model.dynamics.curved_steps import on_curved_road
 from model.dynamics.moving_body import RigidPart
 
@@ -58,7 +58,7 @@ class Ride:
         self.history = History(self.scheme, before, points)
         rigid, nodes = RigidPart(self.scheme.M, moving.coordinates), moving.contact_nodes
         self.off, surface, hardest = 0.0, [], 0.0
-        for state in march(self.scheme, before, round(end / dt), self.history):
+        for state in integrate(self.scheme, before, round(end / dt), self.history):
             touching = nodes[state.status > 0]
             if touching.size:
                 at = moving.coordinates[touching] + state.displacement[touching]

@@ -24,7 +24,7 @@ def interpolation(n: int) -> np.ndarray:
 
 
 def coarse(K: np.ndarray, P: np.ndarray) -> np.ndarray:
-    """Galerkin's product; a coarse node that only reaches nodes which touch gets a lone diagonal entry."""
+    """Galerkin's product; a coarse node that only reaches nodes which touch gets a single diagonal entry."""
     product = P.T @ K @ P
     product[np.diag(product) == 0, np.diag(product) == 0] = 1.0
     return product

@@ -46,7 +46,7 @@ def string(n: int, T: float = 1.0, q: float = 2.0, d: float = 0.2, L: float = 2.
 
 
 def contact_problem(cord: String, prolongations: Any = ()) -> ContactProblem:
-    """Give every node of a string a second unknown, along the road, that a lone diagonal entry holds.
+    """Give every node of a string a second unknown, along the road, that a single diagonal entry holds.
 
     >>> from model import solve
     >>> cord = string(3, d=0.5)

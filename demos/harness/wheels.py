@@ -17,7 +17,7 @@ from model import (
     History,
     MassRedistribution,
     MovingBody,
-    march,
+    integrate,
 )
 from model.dynamics.step_problem import save_step
 
@@ -110,7 +110,7 @@ def turned(scheme: Any, elasticity: Any = None, path: Path | None = None, save: 
     begin = most = scheme.start(velocity=np.tile([10.0, 0.0], (len(X), 1)))
     history, states = History(scheme, begin), []
     radius, angle, outline = [mean_radius(body, begin.displacement)], [0.0], X[outer]
-    for state in march(scheme, begin, 130, history):
+    for state in integrate(scheme, begin, 130, history):
         radius.append(mean_radius(body, state.displacement))
         angle.append(turn(X[outer], (X + state.displacement)[outer]))
         most = state if state.count > most.count else most
@@ -159,7 +159,8 @@ def note_rolling(scene: Scene, scheme: Any, mu: float, v0: float, end: float) ->
     mass, k = inertia(scheme)
     begin = scheme.start(sagged(scheme.body), np.tile([v0, 0.0], (len(scheme.body.coordinates), 1)))
     ride = [
-        (state.time, speed_of(scheme, state, mass)) for state in march(scheme, begin, round(end / scheme.dt))
+        (state.time, speed_of(scheme, state, mass))
+        for state in integrate(scheme, begin, round(end / scheme.dt))
     ]
     times, speeds = np.array([(0.0, v0), *ride]).T
     wanted, rolling = v0 / (mu * GRAVITY * (1.0 + 1.0 / k)), v0 / (1.0 + k)
@@ -181,7 +182,7 @@ def rolls(scheme: Any, revolutions: float, speed: float = 2.0) -> History:
     spin = speed / np.linalg.norm(round_[np.argmin(scheme.body.coordinates[:, 1])])
     begin = scheme.start(u, [speed, 0.0] - spin * round_)
     history = History(scheme, begin)
-    for _ in march(scheme, begin, round(2 * np.pi * revolutions / spin / scheme.dt), history):
+    for _ in integrate(scheme, begin, round(2 * np.pi * revolutions / spin / scheme.dt), history):
         pass
     return history
 

@@ -22,7 +22,7 @@ import numpy as np
 from bodies import rod
 from harness.scene import Scene
 
-from model import UnresolvedWaves, march
+from model import UnresolvedWaves, integrate
 from model.closed_forms.rod import RodImpact
 from model.dynamics.schemes import IMPLICIT, SCHEMES
 from model.figures.figures import convergence_figure
@@ -39,7 +39,7 @@ def impact(name, moving, dt, until=3.0):
     scheme, x = SCHEMES[name](moving, dt), moving.coordinates[:, 0]
     first = scheme.start(np.column_stack([exact.displacement(x, 0.0), 0 * x]))
     squares, pressure, seconds, residual = [], [], scheme.setup_seconds, 0.0
-    for state in march(scheme, first, round(until / dt)):
+    for state in integrate(scheme, first, round(until / dt)):
         squares.append(np.mean((state.displacement[:, 0] - exact.displacement(x, state.time)) ** 2) / 0.25**2)
         pressure.append(state.contact_force[:, 0].sum() - exact.contact_pressure(state.time))
         seconds, residual = seconds + state.seconds, max(residual, state.residual)

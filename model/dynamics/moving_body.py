@@ -31,7 +31,7 @@ class MovingBody:
     Parameters
     ----------
     M, K : sparse (N d, N d)
-        Mass and stiffness, symmetric; a prescribed unknown keeps a row and column with a lone diagonal entry
+        Mass and stiffness, symmetric; a prescribed unknown keeps a row and column with a diagonal entry alone
         in every matrix.
     load : (N, d), or callable of the time that returns it
         Nodal forces; at a prescribed unknown, diagonal entry of K times its value: so supports are held, or

@@ -184,7 +184,7 @@ class StepSolver:
         gap, normal : (n,), (n, d)
             Gap at the guess, negative where the guess penetrates, and the road's normals.
         back : (n, d)
-            Departure that brings each candidate back to where it was at the step's beginning.
+            What brings each candidate back to where it was at the step's beginning.
         before : State
             Statuses to start from.
 
@@ -341,7 +341,7 @@ class TimeIntegrator(ABC):
         return consistent_acceleration(self.body, u, v, gap, normal, self.dt, self.correction)
 
     def run(self, state: State, steps: int) -> State:
-        """Return the state so many steps later; see `march` for runs that report and record."""
+        """Return the state so many steps later; see `integrate` for runs that report and record."""
         for _ in range(steps):
             state = self.step(state)
         return state

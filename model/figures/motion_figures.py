@@ -44,13 +44,13 @@ def bounce_figure(
     --------
     >>> from forms import Elasticity, Isotropic
     >>> from geometry import Body, Plane, rectangle
-    >>> from model import History, MovingBody, Newmark, bounce_figure, march
+    >>> from model import History, MovingBody, Newmark, bounce_figure, integrate
     >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
     >>> weight = elasticity.body_force((0.0, -10.0))
     >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
     >>> state = scheme.start()
     >>> history = History(scheme, state, {"A": 0})
-    >>> for state in march(scheme, state, 5, history):
+    >>> for state in integrate(scheme, state, 5, history):
     ...     pass
     >>> snapshots = {0.0: scheme.start().displacement, state.time: state.displacement}
     >>> figure = bounce_figure(elasticity.body, snapshots, {"Newmark": history}, "A", touch=0.0)
@@ -99,13 +99,13 @@ def ledger_figure(histories: Mapping[str, History]) -> Figure:
     --------
     >>> from forms import Elasticity, Isotropic
     >>> from geometry import Body, Plane, rectangle
-    >>> from model import History, MovingBody, Newmark, ledger_figure, march
+    >>> from model import History, MovingBody, Newmark, ledger_figure, integrate
     >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
     >>> weight = elasticity.body_force((0.0, -10.0))
     >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
     >>> state = scheme.start()
     >>> history = History(scheme, state, {"A": 0})
-    >>> for state in march(scheme, state, 5, history):
+    >>> for state in integrate(scheme, state, 5, history):
     ...     pass
     >>> len(ledger_figure({"Newmark": history}).axes)
     2
@@ -152,13 +152,13 @@ def force_figure(histories: Mapping[str, History], axis: str = "y") -> Figure:
     --------
     >>> from forms import Elasticity, Isotropic
     >>> from geometry import Body, Plane, rectangle
-    >>> from model import History, MovingBody, Newmark, force_figure, march
+    >>> from model import History, MovingBody, Newmark, force_figure, integrate
     >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
     >>> weight = elasticity.body_force((0.0, -10.0))
     >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
     >>> state = scheme.start()
     >>> history = History(scheme, state, {"A": 0})
-    >>> for state in march(scheme, state, 5, history):
+    >>> for state in integrate(scheme, state, 5, history):
     ...     pass
     >>> len(force_figure({"Newmark": history}).axes)
     1
@@ -212,13 +212,13 @@ def film(
     --------
     >>> from forms import Elasticity, Isotropic
     >>> from geometry import Body, Plane, rectangle
-    >>> from model import History, MovingBody, Newmark, film, march
+    >>> from model import History, MovingBody, Newmark, film, integrate
     >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
     >>> weight = elasticity.body_force((0.0, -10.0))
     >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
     >>> state = scheme.start()
     >>> history = History(scheme, state, {"A": 0})
-    >>> for state in march(scheme, state, 5, history):
+    >>> for state in integrate(scheme, state, 5, history):
     ...     pass
     >>> import numpy as np
     >>> frames = [("start", 0.0 * state.displacement, np.zeros(8)), ("end", state.displacement, np.ones(8))]

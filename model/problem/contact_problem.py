@@ -33,7 +33,7 @@ class ContactProblem:
     Parameters
     ----------
     A : sparse (N d, N d)
-        Symmetric matrix, K in statics; a prescribed unknown keeps a row and column with a lone diagonal
+        Symmetric matrix, K in statics; a prescribed unknown keeps a row and column with a single diagonal
         entry. Stored as `bsr_array`.
     b : (N, d) or (N d,)
         Nodal forces; diagonal entry times prescribed value at a prescribed unknown.

@@ -244,7 +244,7 @@ class SharedSolver:
                 self.first_guess.update_normals(self.loop)
 
     def solve_step(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
-        """Solve the problem the loop is aimed at, from an admissible u and status, in place; collective."""
+        """Solve the problem that the loop holds, from an admissible u and status, in place; collective."""
         self.last[:] = status
         if self.first_guess is not None and self.loop.residual(u, status) > record.tolerance:
             self.first_guess.correct(self.loop, u, status)

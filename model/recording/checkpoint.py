@@ -43,13 +43,13 @@ def save_checkpoint(
     --------
     >>> from forms import Elasticity, Isotropic
     >>> from geometry import Body, Plane, rectangle
-    >>> from model import History, MovingBody, Newmark, march, save_checkpoint
+    >>> from model import History, MovingBody, Newmark, integrate, save_checkpoint
     >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
     >>> weight = elasticity.body_force((0.0, -10.0))
     >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
     >>> state = scheme.start()
     >>> history = History(scheme, state, {"A": 0})
-    >>> for state in march(scheme, state, 5, history):
+    >>> for state in integrate(scheme, state, 5, history):
     ...     pass
     >>> save_checkpoint("run.npz", scheme, state, history)
     """
@@ -103,13 +103,13 @@ def load_checkpoint(path: str | Path, integrator: TimeIntegrator, history: Histo
     --------
     >>> from forms import Elasticity, Isotropic
     >>> from geometry import Body, Plane, rectangle
-    >>> from model import History, MovingBody, Newmark, load_checkpoint, march, save_checkpoint
+    >>> from model import History, MovingBody, Newmark, load_checkpoint, integrate, save_checkpoint
     >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
     >>> weight = elasticity.body_force((0.0, -10.0))
     >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
     >>> state = scheme.start()
     >>> history = History(scheme, state, {"A": 0})
-    >>> for state in march(scheme, state, 5, history):
+    >>> for state in integrate(scheme, state, 5, history):
     ...     pass
     >>> save_checkpoint("run.npz", scheme, state, history)
     >>> load_checkpoint("run.npz", scheme, history).step

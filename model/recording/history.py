@@ -44,13 +44,13 @@ class History:
     --------
     >>> from forms import Elasticity, Isotropic
     >>> from geometry import Body, Plane, rectangle
-    >>> from model import History, MovingBody, Newmark, march
+    >>> from model import History, MovingBody, Newmark, integrate
     >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
     >>> weight = elasticity.body_force((0.0, -10.0))
     >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
     >>> state = scheme.start()
     >>> history = History(scheme, state, {"A": 0}, "history.csv")
-    >>> for state in march(scheme, state, 5, history):
+    >>> for state in integrate(scheme, state, 5, history):
     ...     pass
     >>> len(history["u_y(A)"])  # with the start
     6

@@ -1,4 +1,4 @@
-"""March through time: steps behind a progress bar, recorded, with checkpoints on the way."""
+"""Integration in time: steps behind a progress bar, recorded, with checkpoints on the way."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +11,7 @@ from model.recording.energy_balance import GrowthWatch, Ledger
 from model.recording.history import LOOK, History
 
 
-def march(
+def integrate(
     integrator: TimeIntegrator,
     state: State,
     steps: int,
@@ -45,12 +45,12 @@ def march(
     --------
     >>> from forms import Elasticity, Isotropic
     >>> from geometry import Body, Plane, rectangle
-    >>> from model import History, MovingBody, Newmark, march
+    >>> from model import History, MovingBody, Newmark, integrate
     >>> elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 4, 2)), Isotropic(E=1e4, nu=0.3))
     >>> weight = elasticity.body_force((0.0, -10.0))
     >>> scheme = Newmark(MovingBody.from_forms(elasticity, 1.0, weight, Plane(), "bottom"), dt=0.001)
     >>> state = scheme.start()
-    >>> for state in march(scheme, state, 5, checkpoint="run.npz"):
+    >>> for state in integrate(scheme, state, 5, checkpoint="run.npz"):
     ...     pass
     >>> state.step
     5

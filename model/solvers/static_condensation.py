@@ -165,7 +165,7 @@ class Condensation:
         return self.factor.solve(r.ravel()).reshape(self.loop.shape)
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
-        """Solve the problem the loop is aimed at, from u (N, d) and status (n,), both updated in place.
+        """Solve the problem that the loop holds, from u (N, d) and status (n,), both updated in place.
 
         Each cycle asks only for what is still missing, so that the next makes good what rounding spoilt, and
         more of the small problem: what little holds a body magnifies what that one leaves.

@@ -294,7 +294,7 @@ class Multigrid:
         return np.zeros(1, dtype=np.int64) if self._condensed is None else self._condensed.steps
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
-        """Solve the problem the loop is aimed at, from an admissible u (N, d) and status (n,), in place.
+        """Solve the problem that the loop holds, from an admissible u (N, d) and status (n,), in place.
 
         Coarser meshes, where there are any, first correct u as far as they can (nested iteration).
         """

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 import model
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, ExtrudedRoad, LinearRoad, Plane, box, half_ball, ring
-from model import BeyondLinear, BodyOnRoad, ContactStabilised, MovingBody, march, solve
+from model import BeyondLinear, BodyOnRoad, ContactStabilised, MovingBody, integrate, solve
 from model.results.road_surface import road_surface
 
 sys.path.append(str(Path(model.__file__).parents[1] / "demos" / "book"))
@@ -125,7 +125,7 @@ velocity = np.zeros_like(body.coordinates)
 velocity[:, 0] = 10.0
 frames = []
 corners = body.cells[:, [0, 1, 3, 2, 0]]
-for state in march(scheme, scheme.start(velocity=velocity), 200):
+for state in integrate(scheme, scheme.start(velocity=velocity), 200):
     if state.step % 4:
         continue
     at = body.coordinates + state.displacement
