@@ -23,7 +23,7 @@ from forms.tilting import Tilting, spreading
 
 
 class Eliminated(NamedTuple):
-    """A matrix after the supports: with single diagonal entries, and what it couples prescribed unknowns to."""
+    """A matrix after the supports, and what it couples prescribed unknowns to."""
 
     A: sparse.bsr_array
     coupling: sparse.csr_array

@@ -24,7 +24,7 @@ def likely_causes(
     Parameters
     ----------
     loop : NodeLoop
-        Aimed at the problem.
+        That holds the problem.
     u, status : (N, d), (n,)
         Where the solve ended.
     history : sequence of float
