@@ -27,8 +27,9 @@ Material = Isotropic | Anisotropic
 # (mass).
 STIFFNESS_DEGREE = {"triangle": 0, "tetrahedron": 0, "quadrilateral": 2, "hexahedron": 2}
 MASS_DEGREE = {"triangle": 2, "tetrahedron": 2, "quadrilateral": 3, "hexahedron": 4}
-VOLUME_DEGREE = 2
-AROUND_DEGREE = 2  # more in axisymmetry
+VOLUME_DEGREE = 2  # exact for a body force, linear in the plane, on straight-sided cells
+AROUND_DEGREE = 2  # more in axisymmetry, for the distance from the axis
+ROUNDING = 1e-12  # of the body's size: a node so near to the axis is on it
 
 
 class Elasticity:
@@ -79,7 +80,7 @@ class Elasticity:
         if (kinematics == "3d") != (body.dim == 3):
             raise ValueError(f"The kinematics {kinematics!r} does not fit a body in {body.dim} dimensions.")
         self.axisymmetric = kinematics == "axisymmetric"
-        if self.axisymmetric and body.coordinates[:, 0].min() < -1e-12 * np.ptp(body.coordinates):
+        if self.axisymmetric and body.coordinates[:, 0].min() < -ROUNDING * np.ptp(body.coordinates):
             raise ValueError(
                 f"The body reaches to x = {body.coordinates[:, 0].min():g}; in axisymmetry x is the distance "
                 "from the axis, so that all of the body must have x >= 0."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 KINEMATICS = ("plane strain", "plane stress", "3d", "axisymmetric")
+SYMMETRIC = 1e-10  # of the largest entry: what tables of ten digits leave
 IN_PLANE = [0, 1, 5]
 AROUND = [0, 1, 2, 5]  # of axisymmetric strain: rr, zz, around the axis, rz
 OUT_OF_PLANE = [2, 3, 4]
@@ -92,7 +93,7 @@ class Anisotropic:
             )
         if not np.isfinite(C).all():
             raise ValueError("The elasticity matrix has entries that are not finite numbers.")
-        if not np.allclose(C, C.T, rtol=0, atol=1e-10 * np.abs(C).max()):
+        if not np.allclose(C, C.T, rtol=0, atol=SYMMETRIC * np.abs(C).max()):
             raise ValueError(
                 f"The elasticity matrix differs from its transpose by {abs(C - C.T).max()}; they must agree."
             )

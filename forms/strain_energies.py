@@ -21,7 +21,9 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering  # isor
 
 ROTATIONS = 5  # that an energy is tried on
 INDIFFERENT = 1e-9  # of the energy: what rounding may make of a rotation
-DIFFERENCE = 1e-4  # of strain, for second differences of psi at rest
+# Of strain, for second differences of psi at rest: good to its square, and to rounding over that, 2e-8.
+DIFFERENCE = 1e-4
+RESOLVED = 1e-6  # of the hardest modulus: fifty times that
 
 
 class StrainEnergy:
@@ -360,12 +362,12 @@ def check_rest(psi: Callable[[Any], Any]) -> None:
     if not np.isfinite([rest, *slopes, *moduli.ravel()]).all():
         raise ValueError("The energy density is not a finite number at rest, where C is the identity.")
     softest, hardest = np.linalg.eigvalsh(moduli)[[0, -1]]
-    if not softest > 1e-6 * abs(hardest):
+    if not softest > RESOLVED * abs(hardest):
         raise ValueError(
             f"The energy density has a modulus of {softest / 4:g} at rest, so the body would give way by "
             "itself; every modulus must be positive."
         )
-    if np.abs(slopes).max() > 1e-6 * hardest:
+    if np.abs(slopes).max() > RESOLVED * hardest:
         raise ValueError(
             f"The energy density leaves a stress of {np.abs(slopes).max():g} at rest, where C is the "
             "identity; rest must be its minimum."

@@ -19,6 +19,7 @@ from mpi4py import MPI  # isort: skip
 from geometry.grid import LOCAL_FACETS, Grid, number_rows
 from geometry.partition import Shared, partition, share_mesh
 
+FLAT = 1e-14  # of the size of a cell, to the power of its dimensions: a volume that may be rounding
 KINDS = {
     dolfinx_mesh.CellType.triangle: "triangle",
     dolfinx_mesh.CellType.quadrilateral: "quadrilateral",
@@ -377,7 +378,7 @@ def check_orientation(grid: Grid) -> None:
     """Refuse cells that are folded, flat, or turned inside out among their neighbours (ValueError)."""
     corners = _corner_jacobians(grid)
     scale = np.ptp(grid.points[grid.cells], axis=1).max(axis=1) ** grid.dim
-    sign = np.where(corners > 1e-14 * scale[:, None], 1, np.where(corners < -1e-14 * scale[:, None], -1, 0))
+    sign = np.where(corners > FLAT * scale[:, None], 1, np.where(corners < -FLAT * scale[:, None], -1, 0))
     folded = np.abs(sign.sum(axis=1)) < sign.shape[1]
     if folded.any():
         culprit = int(np.argmax(folded))

@@ -6,6 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+SPACING = 0.0073  # of the radius: ten cells across half the patch under the load of the paper
+SHELL_GROWTH = 1.65  # each shell of a nested mesh is about so many times larger than the one within
+
 
 def onto_circle(radius: float, lowest: Sequence[float] = (0.0, 0.0)) -> Callable[[np.ndarray], np.ndarray]:
     """Return the function that moves points (n, dim) along their radius onto a circle, or a sphere.

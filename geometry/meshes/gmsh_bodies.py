@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.grid import Grid
-from geometry.meshes.circle import onto_circle
+from geometry.meshes.circle import SPACING, onto_circle
 from geometry.meshes.gmsh_file import gmsh_mesh, gmsh_session
 
 FRONTAL_QUADS, FULL_QUADS = 8, 3  # gmsh's numbers of its algorithms
@@ -35,7 +35,7 @@ def half_cylinder_gmsh(
     >>> grid.cell, sorted(grid.facets)
     ('triangle', ['arc', 'top'])
     """
-    spacing = 0.0073 * radius if spacing is None else spacing
+    spacing = SPACING * radius if spacing is None else spacing
     largest = 0.2 * radius if largest is None else largest
     even = 0.1 * radius if contact_half_width is None else contact_half_width
     for name, value in {

@@ -11,13 +11,11 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.grid import Grid, exterior_facets, number_rows
-from geometry.meshes.circle import onto_circle
+from geometry.meshes.circle import SHELL_GROWTH, onto_circle
 
 HALF = 2  # cells along half a side of the inner block
-SHELL_GROWTH = 1.65  # each shell is about so many times larger than the one within
-ROUNDING = (
-    0.5  # of the inner block: 0 for a cube, 1 for a ball; 0.5 makes angles of 120 degrees along its edges
-)
+# Of the inner block: 0 for a cube, 1 for a ball; 0.5 makes angles of 120 degrees along its edges.
+ROUNDING = 0.5
 PARTS = {"quarter": (0, 0), "half": (-HALF, 0), "whole": (-HALF, -HALF)}  # lowest i and j of the lattice
 
 
@@ -122,7 +120,7 @@ def _positions(node: np.ndarray, size: np.ndarray) -> np.ndarray:
     side = np.abs(place).max(axis=1)[:, None] / HALF  # 1 on the surface of the block, 0 in its middle
     cube = np.abs(place) / HALF
     ball = np.tan(np.pi / 4 * cube / np.maximum(side, 1 / HALF))
-    ball = ball * (side / np.maximum(np.linalg.norm(ball, axis=1, keepdims=True), 1e-300))
+    ball = ball * (side / np.maximum(np.linalg.norm(ball, axis=1, keepdims=True), 1e-300))  # 0 in the middle
     rounding = np.where(shell[:, None] > 0, 1.0, ROUNDING * side**2)
     return np.sign(place) * size[shell][:, None] * ((1 - rounding) * cube + rounding * ball)
 

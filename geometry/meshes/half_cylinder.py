@@ -12,10 +12,9 @@ from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk, ellipkinc
 
 from geometry.grid import Grid, exterior_facets
-from geometry.meshes.circle import onto_circle
+from geometry.meshes.circle import SHELL_GROWTH, SPACING, onto_circle
 
-SHELL_GROWTH = 1.65  # each shell of the nested mesh is about so many times larger than the one within
-ROUNDING = 0.3  # of the inner block: 0 for a square outline, 1 for a circular one
+ROUNDING = 0.3  # of the inner block, by eye: 0 for a square outline, 1 for a circular one
 
 
 def half_cylinder(
@@ -62,7 +61,7 @@ def half_cylinder(
     """
     _check_radius(radius)
     _check_cell(cell)
-    spacing = 0.0073 * radius if spacing is None else spacing
+    spacing = SPACING * radius if spacing is None else spacing
     even = 0.09 * radius if contact_half_width is None else contact_half_width
     if columns < 4 or columns % 2 or layers < 2:
         raise ValueError(

@@ -74,7 +74,7 @@ def tread_block(
         lattice = box(1.0, 1.0, 1.0, counts[0], counts[1], counts[2])
     place = np.rint(lattice.points * counts).astype(int)
     cell = place[lattice.cells].min(axis=1)  # column, (layer) and row of each cell
-    empty = upwards[cell[:, -1]] < height * (1 - 1e-12)
+    empty = upwards[cell[:, -1]] < height * (1 - 1e-12)  # but for rounding
     empty &= np.any([in_groove[cell[:, axis]] for axis, (_, in_groove) in enumerate(across)], axis=0)
     cells = lattice.cells[~empty]
     used, number = np.unique(cells, return_inverse=True)

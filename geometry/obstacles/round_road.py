@@ -59,7 +59,7 @@ class RoundRoad:
         side = np.sign(self.radius)
         beyond = np.sum(offset**2, axis=1) + 2 * self.radius * (offset @ self.normal)
         gap = side * beyond / (distance + abs(self.radius))
-        at_centre = distance < 1e-14 * abs(self.radius)
+        at_centre = distance < 1e-14 * abs(self.radius)  # where rounding alone would give a direction
         normal = side * from_centre / np.where(at_centre, 1.0, distance)[:, None]
         normal[at_centre] = self.normal
         return gap, normal, self.point + (offset - gap[:, None] * normal)

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from geometry.obstacles.linear_road import TINY
+
 STEPS = 30  # of the search for the nearest point of a corner, whose planes turn where roads are curved
-TINY = 1e-12  # of the size of the numbers: whatever is nearer to a corner than this is on it
 
 
 class SeveralRoads:

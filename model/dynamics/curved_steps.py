@@ -23,8 +23,9 @@ from model.dynamics.contact_update import forget_rounding
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator, Touch
 from model.node_loop.status import Status
-from model.quasistatics.curved_contact import ITERATIONS, ON_ROAD, extent, softness
+from model.quasistatics.curved_contact import ITERATIONS, extent, softness
 from model.solvers.convergence_record import NotConverged, Record
+from model.tolerances import ON_ROAD
 
 
 class FollowsRoad(TimeIntegrator):
@@ -68,9 +69,9 @@ class FollowsRoad(TimeIntegrator):
         raise self._off(planes)
 
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Gap (n,) and normal (n, d) under the body; only rounding is taken out."""
+        """Gap (n,) and normal (n, d) under the body, all but rounding: planes follow what is left of gaps."""
         gap, normal = self.body.gaps(state.displacement, state.time)
-        forget_rounding(gap, state.status, 1e-14 * self.body.size)
+        forget_rounding(gap, state.status, 0.01 * ON_ROAD * self.body.size)
         return gap, normal
 
     def _settle(self, state: State) -> float:

@@ -29,8 +29,10 @@ from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 from model.problem.rigid_modes import centred, rigid_motions
 
-FADING = 0.5  # of the change of mass, from one layer of nodes to the next
-DEEPEST = 60  # layers in which it fades below rounding
+FADING = 0.5  # of the change of mass, from one layer of nodes to the next: five layers take 97 % of it
+DEEPEST = 60  # layers in which it fades below rounding: 1 / 2^60 is 1e-18
+SAME = 1e-9  # relative: a load is a weight, a motion forbidden; far from rounding and from what users mean
+KEPT, LOST = 1e-15, 1e-10  # relative error of mass and inertia: reached as a rule, and what is refused
 
 
 class MassRedistribution(Midpoint):
@@ -157,7 +159,7 @@ def with_weight(body: MovingBody, M: bsr_array) -> MovingBody:
     per_axis = body.M @ ones
     gravity = np.linalg.lstsq(ranks.sum(ones.T @ per_axis), ranks.sum(ranks.own(load).sum(axis=0)))[0]
     off = ranks.own((per_axis @ gravity).reshape(load.shape) - load)
-    if ranks.max(np.abs(off).max()) > 1e-9 * ranks.max(np.abs(ranks.own(load)).max()):
+    if ranks.max(np.abs(off).max()) > SAME * ranks.max(np.abs(ranks.own(load)).max()):
         return body
     return replace(body, load=(M @ (ones @ gravity)).reshape(load.shape))
 
@@ -215,14 +217,14 @@ def redistributed(
         scaled = A @ (np.repeat(s, d)[:, None] * motions)
         missing = wanted - ranks.sum(((np.repeat(s, d)[:, None] * motions).T @ scaled)[kept])
         off = float(np.abs(missing).max() / np.abs(wanted).max())
-        if off < 1e-15:
+        if off < KEPT:
             break
         columns = []
         for shape in shapes.T:
             half = (np.repeat(shape, d)[:, None] * motions).T @ scaled
             columns.append((half + half.T)[kept])
         s += shapes @ np.linalg.lstsq(ranks.sum(np.stack(columns, axis=1)), missing)[0]
-    if not off < 1e-10:
+    if not off < LOST:
         raise ValueError(
             f"The mass of the {count} nodes that may touch finds no place in the other "
             f"{ranks.sum(np.count_nonzero(ranks.own(layer)))}: mass or moments of inertia stay off by "
@@ -262,7 +264,7 @@ def _kept_motions(coordinates: np.ndarray, prescribed: np.ndarray, ranks: Any) -
     fixed = prescribed.ravel()
     own = ranks.own(prescribed).ravel()
     _, size, ways = np.linalg.svd(ranks.tall(np.linalg.qr(rigid[: own.size][own], mode="r")))  # small
-    forbidden = np.count_nonzero(size > 1e-9 * np.sqrt(N))
+    forbidden = np.count_nonzero(size > SAME * np.sqrt(N))
     allowed = rigid @ ways[forbidden:].T
     allowed[fixed] = 0.0  # what rounding has left
     moving = np.where(fixed[:, None], 0.0, rigid[:, :d])

@@ -19,6 +19,7 @@ from model.problem.rigid_modes import rigid_motions
 from model.problem.varying_friction import placed
 from model.ranks.shared_problem import SharedProblem
 
+UNSTRAINED = 1e-10  # of the largest stiffness: a translation that meets less meets rounding, no support
 Load = np.ndarray | Callable[[float], np.ndarray]
 
 
@@ -372,7 +373,7 @@ class MovingBody:
         ones = np.tile(np.eye(self.dim), (self.coordinates.shape[0], 1))
         ranks = self.ranks
         largest = ranks.max(np.abs(self.K.diagonal()).max())
-        return bool(ranks.max(np.abs(self.K @ ones).max()) < 1e-10 * largest)
+        return bool(ranks.max(np.abs(self.K @ ones).max()) < UNSTRAINED * largest)
 
     def _strained(self, u: np.ndarray) -> np.ndarray:
         return u - self.ranks.first(u[0]) if self.floats else u

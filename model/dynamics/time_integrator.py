@@ -27,8 +27,9 @@ from model.solvers.convergence_record import Record
 from model.solvers.iterative_refinement import ROUNDING
 from model.solvers.static_condensation import Condensation
 from model.solvers.truncated_multigrid import Multigrid
+from model.tolerances import ON_ROAD, TOLERANCE
 
-LIMIT = 100_000  # residual tests in one step
+LIMIT = 100_000  # residual tests in one step, for the loop alone; corrections give up by themselves
 # Unknowns in space beyond which a step is quicker by multigrid than by back-substitution. Processor time of
 # a step to 1e-8, direct / multigrid in ms: quarter of a half ball of 2,571 unknowns 1.1 / 2.7, of 17,811
 # 20 / 20, of 132,387 404 / 167 (set-up 28 / 0.7 s). In the plane never: ring of 75,264 unknowns 35 / 100.
@@ -253,7 +254,7 @@ class TimeIntegrator(ABC):
 
         return super().__new__(on_curved_road(cls))
 
-    def __init__(self, body: MovingBody, dt: float, correction: str = "auto", tolerance: float = 1e-10):
+    def __init__(self, body: MovingBody, dt: float, correction: str = "auto", tolerance: float = TOLERANCE):
         if not (np.isfinite(dt) and dt > 0.0):
             raise ValueError(f"dt is {dt}, but a time step is a finite number > 0.")
         if body.finite_strain and not self.finite_strain:
@@ -312,7 +313,7 @@ class TimeIntegrator(ABC):
             g = body.prescribed_at(0.0)
             off = np.where(body.prescribed, np.abs(u - g), 0.0)
             trouble = ""
-            if displacement is not None and off.max() > 1e-12 * body.size:
+            if displacement is not None and off.max() > ON_ROAD * body.size:
                 node, axis = np.unravel_index(int(np.argmax(off)), off.shape)
                 trouble = (
                     f"The initial displacement of node {node} is {u[node, axis]:g} along {'xyz'[axis]}, but "
@@ -323,13 +324,13 @@ class TimeIntegrator(ABC):
             v = np.where(body.prescribed, body.prescribed_rates(0.0, self.dt)[0], v)
         gap, normal = body.gaps(u)
         trouble = ""
-        if not gap.min(initial=0.0) > -1e-12 * body.size:
+        if not gap.min(initial=0.0) > -ON_ROAD * body.size:
             trouble = (
                 f"Node {body.contact_nodes[np.argmin(gap)]} starts {-gap.min():g} below the road; "
                 "move the body or the road so that every gap is >= 0."
             )
         body.ranks.agree(trouble)
-        gap = np.where(gap < 1e-12 * body.size, 0.0, gap)
+        gap = np.where(gap < ON_ROAD * body.size, 0.0, gap)
         a, force, status = self.accelerate(u, v, gap, normal)
         count = body.ranks.sum(int(np.count_nonzero(status)))
         return self.supported(State(0, 0.0, u, v, a, force, gap, status, force.copy(), count=count))
@@ -388,7 +389,7 @@ class TimeIntegrator(ABC):
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) and normal (n, d) under the body; gaps of nodes that touch are 0, whatever rounding."""
         gap, normal = self.body.gaps(state.displacement, state.time)
-        forget_rounding(gap, state.status, 1e-12 * self.body.size)
+        forget_rounding(gap, state.status, ON_ROAD * self.body.size)
         return gap, normal
 
     def after(self, before: State, touch: Touch, began: float, **fields: Any) -> State:

@@ -15,6 +15,7 @@ from scipy.sparse import bsr_array
 
 # Multiply and add in one, no more: where sums may be reordered the compiler gathers, four times slower.
 FUSED = {"contract"}
+SINGULAR = 1e-13  # of the largest pivot: what rounding leaves of a block that resists in fewer directions
 
 
 class BlockMatrix(NamedTuple):
@@ -246,7 +247,7 @@ def generalised_inverses(blocks, rows, inverses):
         for _ in range(d):
             pivot = -1
             for a in range(d):
-                if not done[a] and G[a, a] > 1e-13 * largest and (pivot < 0 or G[a, a] > G[pivot, pivot]):
+                if not done[a] and G[a, a] > SINGULAR * largest and (pivot < 0 or G[a, a] > G[pivot, pivot]):
                     pivot = a
             if pivot < 0:
                 break

@@ -23,6 +23,9 @@ from model.node_loop.friction_laws import allowed
 from model.node_loop.status import Status
 
 FREE, SLIP, STICK = map(int, Status)  # whole arrays are compared with these in compiled code
+SECANTS = 200  # steps at most: guarded by bisection, of which 50 come down to rounding
+EXACT = 1e-15  # of the tangential force: some roundings
+SLIPS = 1e-300  # a slip that tells a law of friction that the node moves, but not how fast
 
 
 class Candidates(NamedTuple):
@@ -191,18 +194,18 @@ def slip_2d(D, force, tangential, bound, slip_rate, state, slip):
 
     def excess(m):
         p = max(force[0] - sign * D[0, 1] * m, 0.0)
-        return tangential - D[1, 1] * m - allowed(bound, p, max(slip_rate * m, 1e-300), state)
+        return tangential - D[1, 1] * m - allowed(bound, p, max(slip_rate * m, SLIPS), state)
 
     low, high = 0.0, tangential / D[1, 1]
     at_low, at_high = excess(low), excess(high)
     m = high
-    for _ in range(100):
+    for _ in range(SECANTS):
         if at_low <= 0.0:  # kinetic below static can leave no slip at all
             m = low
             break
         m = low + (high - low) * at_low / (at_low - at_high)
         at_m = excess(m)
-        if abs(at_m) <= 1e-15 * tangential or not low < m < high:
+        if abs(at_m) <= EXACT * tangential or not low < m < high:
             break
         if at_m > 0.0:
             low, at_low, at_high = m, at_m, 0.5 * at_high
@@ -224,7 +227,7 @@ def slip_3d(D, force, bound, slip_rate, state, slip):
     at_low, at_high = -1.0, 1.0
     tangential = np.sqrt(force[1] ** 2 + force[2] ** 2)
     x = 0.5
-    for sweep in range(200):
+    for sweep in range(SECANTS):
         a11 = D[1, 1] * (1.0 - x) + x * scale
         a22 = D[2, 2] * (1.0 - x) + x * scale
         a12 = D[1, 2] * (1.0 - x)
@@ -234,8 +237,8 @@ def slip_3d(D, force, bound, slip_rate, state, slip):
         slip[1], slip[2] = (1.0 - x) * w1, (1.0 - x) * w2
         length = np.sqrt(w1 * w1 + w2 * w2)
         p = max(force[0] + D[0, 1] * slip[1] + D[0, 2] * slip[2], 0.0)
-        at_x = x * scale * length - allowed(bound, p, max(slip_rate * (1.0 - x) * length, 1e-300), state)
-        if abs(at_x) <= 1e-15 * tangential or high - low <= 1e-16:
+        at_x = x * scale * length - allowed(bound, p, max(slip_rate * (1.0 - x) * length, SLIPS), state)
+        if abs(at_x) <= EXACT * tangential or high - low <= 0.1 * EXACT:
             break
         if at_x < 0.0:
             low, at_low = x, at_x

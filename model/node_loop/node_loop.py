@@ -83,11 +83,11 @@ class NodeLoop:
         self.given = alone & ~alone.all(axis=1, keepdims=True)
         free = np.where(self.given, 0.0, self.normal)
         part = np.linalg.norm(free, axis=1)
-        self.cannot_move = part < 1e-8  # that is rounding of the normal
+        self.cannot_move = part < 1e-8  # square root of rounding: a normal's square is 1 but for that
         self.part = np.where(self.cannot_move, 1.0, part)
         self.frame = frames(np.where(self.cannot_move[:, None], self.normal, free / self.part[:, None]))
         self.block = np.einsum("cab,cbe,cfe->caf", self.frame, self.diagonal[self.nodes], self.frame)
-        # who is prescribed in part and free obliquely to the road, and who of them along a line alone
+        # who is prescribed in part and free obliquely to the road, by more than rounding; who along a line
         self.oblique = self.given.any(axis=1) & ~self.cannot_move & (self.part < 1.0 - 1e-12)
         self.guided = self.oblique & (self.given.sum(axis=1) == self.shape[1] - 1)
 
@@ -233,7 +233,7 @@ class NodeLoop:
 def length(x: np.ndarray) -> float:
     """Euclidean norm of an array of any shape and size; quicker on small ones than numpy's."""
     square = np.vdot(x, x)
-    if 1e-290 < square < 1e290:
+    if 1e-290 < square < 1e290:  # no square has been lost below 1e-308 or above 1e308
         return sqrt(square)
     largest = float(np.abs(x).max(initial=0.0))
     if not 0.0 < largest < np.inf:

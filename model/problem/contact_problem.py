@@ -15,7 +15,9 @@ from scipy.sparse import bsr_array, csr_array, issparse
 
 from model.atomic_file import write_aside
 from model.node_loop.friction_laws import FrictionLaw, as_law
+from model.tolerances import ON_ROAD
 
+UNIT = 1e-9  # by how much a unit vector may be off: what a file of ten digits leaves
 # What reading a damaged archive may end in.
 DAMAGE: tuple[type[Exception], ...] = (ArithmeticError, AttributeError, BadZipFile, EOFError, LookupError)
 DAMAGE += (MemoryError, OSError, RuntimeError, SyntaxError, TypeError, ValueError, zlib.error)
@@ -129,7 +131,7 @@ class ContactProblem:
         put("normal", shaped("normal", self.normal, (n, d)))
         lengths = np.linalg.norm(self.normal, axis=1)
         worst = lengths[np.argmax(np.abs(lengths - 1.0))]
-        if abs(worst - 1.0) > 1e-9:
+        if abs(worst - 1.0) > UNIT:
             raise ValueError(f"normal must hold unit vectors, but one has length {worst:g}.")
         put("gap", self.checked_gap(self.gap))
         put("friction", as_law(self.friction))
@@ -171,8 +173,8 @@ class ContactProblem:
         size = length_scale(self.coordinates)
         worst = int(np.argmin(gap))
         if self.interference:
-            return np.where(np.abs(gap) < 1e-12 * size, 0.0, gap)
-        if gap[worst] < -1e-12 * size:
+            return np.where(np.abs(gap) < ON_ROAD * size, 0.0, gap)
+        if gap[worst] < -ON_ROAD * size:
             raise ValueError(
                 f"Node {self.contact_nodes[worst]} starts {-gap[worst]:g} below the road; "
                 "move the body or the road so that every gap is >= 0, or say interference=True if it shall "

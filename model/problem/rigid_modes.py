@@ -16,6 +16,9 @@ from model.one_rank import ONE_RANK
 BALANCE = 1e-9  # of the load: what NNLS leaves of a load that is balanced is below it by a factor of ten
 LANDINGS = 100  # nodes that may arrive one after the other; the solver goes on from anywhere
 ROUNDS = 50  # in which edges of friction cones join; 17 were the most seen
+FREE = 1e-13  # of the energy that a motion would cost if every node moved alone
+LEFT = 1e-8  # of a node's motion: pressed nodes that see less of a mode leave it, by more than rounding
+TINY = 1e-300  # lets a motion that moves nothing be factorised, and changes no number
 SEEN = 1e-10  # of the largest work on any mode: a mode on which unit forces do less is not resisted
 
 
@@ -97,10 +100,10 @@ def unheld_motions(
     motions = motions_of_each_body(coordinates, body, turning)
     energy = motions.T @ (A @ motions)
     scale = motions.T @ (A.diagonal()[:, None] * motions)
-    lower = np.linalg.cholesky(scale + 1e-300 * np.eye(scale.shape[0]))
+    lower = np.linalg.cholesky(scale + TINY * np.eye(scale.shape[0]))
     inner = np.linalg.solve(lower, np.linalg.solve(lower, energy).T)
     values, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
-    return motions @ np.linalg.solve(lower.T, vectors[:, values < 1e-13])
+    return motions @ np.linalg.solve(lower.T, vectors[:, values < FREE])
 
 
 class RigidModes:
@@ -228,7 +231,7 @@ class RigidModes:
             ]
         )
         _, sizes, directions = np.linalg.svd(held)
-        return directions[sizes < 1e-8 * np.abs(at).max()].T
+        return directions[sizes < LEFT * np.abs(at).max()].T
 
     def _unbalanced(self, b: np.ndarray, work: np.ndarray, tolerance: float) -> np.ndarray:
         """What forces that do such work (k, m) on the modes leave of a load (N, d) at best, (m,).
@@ -261,9 +264,9 @@ class RigidModes:
         away, turning = np.zeros((len(x), 3)), np.zeros((len(x), 3))
         away[:, :d], turning[:, :d] = x - centre, v - mean
         spread = np.sum(away**2) * np.eye(3) - away.T @ away
-        spin = np.linalg.pinv(spread, rcond=1e-10) @ np.cross(away, turning).sum(axis=0)
+        spin = np.linalg.pinv(spread, rcond=SEEN) @ np.cross(away, turning).sum(axis=0)
         # v = mean + spin x (x - centre)
-        if np.abs(turning).max() < 1e-3 * np.linalg.norm(mean):
+        if np.abs(turning).max() < 1e-3 * np.linalg.norm(mean):  # three digits are printed
             return f"a translation along {_vector(mean / np.linalg.norm(mean))}"
         through = centre + np.cross(spin, np.append(mean, [0.0] * (3 - d)))[:d] / (spin @ spin)
         along = "" if d == 2 else f" along {_vector(spin / np.linalg.norm(spin))}"

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from model.solvers.contact_solver import ContactSolver, Solution
+from model.tolerances import TOLERANCE
 
 
 def follow(
-    solver: ContactSolver, loads: Iterable[np.ndarray], tolerance: float = 1e-10, **options: Any
+    solver: ContactSolver, loads: Iterable[np.ndarray], tolerance: float = TOLERANCE, **options: Any
 ) -> Iterator[Solution]:
     """Solve for one load after the other, each from the last solution, sticking where the last step ended.
 

@@ -15,6 +15,7 @@ from model.quasistatics import load_stepping
 from model.quasistatics.curved_contact import CurvedContact
 from model.ranks.solver_of import solver_of
 from model.solvers.contact_solver import ContactSolver, Solution
+from model.tolerances import TOLERANCE
 
 OF_SOLVER = ("order", "progress")
 
@@ -37,7 +38,7 @@ class AtRest:
 def solve(
     contact: Any,
     correction: str = "auto",
-    tolerance: float = 1e-10,
+    tolerance: float = TOLERANCE,
     time: float | None = None,
     **options: Any,
 ) -> Solution:
@@ -113,7 +114,7 @@ def follow(
     contact: Any,
     steps: Iterable[Any],
     correction: str = "auto",
-    tolerance: float = 1e-10,
+    tolerance: float = TOLERANCE,
     **options: Any,
 ) -> Iterator[Solution]:
     """Solve for one load after the other, each from the last solution, sticking where the last step ended.

@@ -17,6 +17,7 @@ from model.dynamics.time_integrator import State, TimeIntegrator, Work
 from model.recording.history import History
 from model.solvers.static_condensation import Condensation
 
+SAME = 1e-10  # of the body's size: places of nodes are written to the last digit, and made anew to some
 AT_NODES = ("displacement", "velocity", "acceleration")
 AT_CANDIDATES = ("contact_force", "gap", "status", "mean_force", "memory")
 
@@ -169,7 +170,7 @@ def _find_places(
         (AT_CANDIDATES, arrays["candidates"], body.coordinates[body.contact_nodes]),
     ):
         distance, at = cKDTree(places).query(points)
-        if distance.max(initial=0.0) > 1e-10 * body.size:
+        if distance.max(initial=0.0) > SAME * body.size:
             raise ValueError("nodes of the body are not where they were")
         for name in set(names) & values.keys():
             values[name] = values[name][at]

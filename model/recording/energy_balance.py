@@ -17,7 +17,8 @@ from model.dynamics.central_differences import CentralDifferences
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator
 
-GROWTH = 0.03  # of the energy at work: what an integrator may add before it is said
+# Of the energy at work: what may be added unsaid. Newmark's scheme adds 4 to 9 % on a rod in impact.
+GROWTH = 0.03
 UNEXPLAINED = 1e-6  # of the same: what it may add beyond its own identity, which holds to rounding
 
 

@@ -15,7 +15,7 @@ from model.recording.energy_balance import Entry, GrowthWatch, Ledger
 from model.recording.wave_resolution import Resolution
 
 AXES = "xyz"
-LOOK = 10  # contact steps from one look at the resolution to the next
+LOOK = 10  # contact steps between measurements of the resolution, which cost a product with K each
 
 
 class History:

@@ -15,8 +15,8 @@ import numpy as np
 from model.dynamics.moving_body import RigidPart
 from model.dynamics.time_integrator import State, TimeIntegrator
 
-ENOUGH = 10  # steps per period
-WORTH = 1e-6  # part of the kinetic energy that deformation must have to count
+ENOUGH = 10  # steps per period: the trapezoidal rule then swings (omega dt)^2 / 12 = 3.3 % too slowly
+WORTH = 1e-6  # part of the kinetic energy, a thousandth of the speed, that deformation must have to count
 
 
 class UnresolvedWaves(UserWarning):

@@ -19,6 +19,8 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.linalg import spsolve
 
+REAL = 1e-9  # of the patch's length: roots of the fit with a smaller imaginary part are real but for rounding
+
 
 def lumped(boundary_mass: sparse.csr_array, nodes: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Nodal forces over the length or area of each node.
@@ -187,7 +189,7 @@ def _edges_of_fit(x: np.ndarray, pressure: np.ndarray, degree: int) -> tuple[flo
     if x.size <= 2 * degree:
         return None
     roots = np.polynomial.Polynomial.fit(x, pressure**2, 2 * degree).roots()
-    roots = roots[np.abs(roots.imag) < 1e-9 * np.ptp(x)].real
+    roots = roots[np.abs(roots.imag) < REAL * np.ptp(x)].real
     left, right = roots[roots < x[0]], roots[roots > x[-1]]
     return (left.max(), right.min()) if left.size and right.size else None
 

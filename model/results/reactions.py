@@ -7,7 +7,7 @@ import numpy as np
 
 from model.one_rank import ONE_RANK
 
-CLOSED = 1e-6  # of the largest force: beyond it the sheet is of another load than the solution
+CLOSED = 1e-6  # of the largest force, far above any tolerance: beyond it the load is not the solution's
 
 
 @dataclass

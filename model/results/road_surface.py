@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-CELLS = {2: 500, 3: 64}  # of the grid on which the gap is looked at, along the longest side of the box
+CELLS = {2: 500, 3: 64}  # of the grid that the road is drawn from, along the longest side of the box: a pixel
 MARGIN = 0.1  # of that side, around what the road is drawn for
 
 
