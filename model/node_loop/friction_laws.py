@@ -127,8 +127,10 @@ class FrictionLaw:
 
 
 def as_law(friction: Any) -> FrictionLaw | None:
-    """Return a law as it is, None as none, and all else as Coulomb's coefficient."""
-    return friction if friction is None or isinstance(friction, FrictionLaw) else coulomb(friction)
+    """Return a law as it is, None and a coefficient of 0 as none, and all else as Coulomb's coefficient."""
+    if friction is None or (np.isscalar(friction) and friction == 0.0):
+        return None
+    return friction if isinstance(friction, FrictionLaw) else coulomb(friction)
 
 
 @intrinsic

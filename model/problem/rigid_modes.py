@@ -127,6 +127,9 @@ class RigidModes:
     ----------
     modes : (N d, m)
         Orthonormal.
+    bearing : (k,)
+        Candidates, no more than modes, whose forces may balance the load that was looked at last; without
+        friction where there are such.
     """
 
     def __init__(
@@ -136,6 +139,7 @@ class RigidModes:
         self.turning = turning
         self.modes = np.linalg.qr(unheld_motions(A, coordinates, self._body, turning))[0]
         self.count = self.modes.shape[1]
+        self.bearing = np.zeros(0, dtype=np.int64)
 
     def at(self, nodes: np.ndarray) -> np.ndarray:
         """The modes (k, d, m) at nodes (k,)."""
@@ -154,8 +158,12 @@ class RigidModes:
         ValueError
             Naming the motion, and the force, if more than `tolerance` of the load is missing.
         """
-        if self.count and not self._balanced(b, normal, mu, tolerance):
-            left = self._unbalanced(b, self._work(normal, 0.0), tolerance)  # friction turns no motion
+        self.bearing = np.zeros(0, dtype=np.int64)
+        if self.count and not (
+            self._balanced(b, normal, 0.0, tolerance)
+            or (np.any(mu) and self._balanced(b, normal, mu, tolerance))
+        ):
+            left, _ = self._unbalanced(b, self._work(normal, 0.0), tolerance)  # friction turns no motion
             motion = self.modes @ left
             force = motion @ b.ravel() / np.linalg.norm(motion.reshape(b.shape), axis=1).max()
             raise ValueError(
@@ -169,10 +177,12 @@ class RigidModes:
         The cones of space have more edges than can be listed: those that oppose the motion which is left join
         round by round, until nothing is left or none of them opposes it.
         """
-        work = self._work(normal, mu)
+        work, number = self._work(normal, mu), np.arange(self.nodes.size)
+        number = np.tile(number, len(work) // max(number.size, 1))
         for _ in range(ROUNDS):
-            left = self._unbalanced(b, work, tolerance)
+            left, force = self._unbalanced(b, work, tolerance)
             if not left.any():
+                self.bearing = np.unique(number[force > 0.0])
                 return True
             along = along_road(np.einsum("cdm,m->cd", self.at(self.nodes), left), normal)
             size = np.linalg.norm(along, axis=1, keepdims=True)
@@ -183,6 +193,7 @@ class RigidModes:
             if not opposes.any():
                 return False
             work = np.concatenate([work, more[opposes]])
+            number = np.concatenate([number, np.flatnonzero(opposes)])
         return True
 
     def landing(self, b: np.ndarray, normal: np.ndarray, mu: Any, gap: np.ndarray) -> tuple[np.ndarray, str]:
@@ -198,7 +209,7 @@ class RigidModes:
         work, rise = self._work(normal, mu), self._work(normal, 0.0)
         for _ in range(LANDINGS):
             near = np.tile(gap <= SEEN * height, len(work) // gap.size)
-            left = self._unbalanced(b, work[near], BALANCE)
+            left, _ = self._unbalanced(b, work[near], BALANCE)
             speed = rise @ left
             falls = speed < -SEEN * np.abs(speed).max(initial=0.0)
             if not falls.any():
@@ -233,19 +244,23 @@ class RigidModes:
         _, sizes, directions = np.linalg.svd(held)
         return directions[sizes < LEFT * np.abs(at).max()].T
 
-    def _unbalanced(self, b: np.ndarray, work: np.ndarray, tolerance: float) -> np.ndarray:
+    def _unbalanced(
+        self, b: np.ndarray, work: np.ndarray, tolerance: float
+    ) -> tuple[np.ndarray, np.ndarray]:
         """What forces that do such work (k, m) on the modes leave of a load (N, d) at best, (m,).
 
         It is the motion that leads nowhere into the road into which the load drives the body with the
-        greatest force, for a load of size 1; zero where it is below `tolerance`.
+        greatest force, for a load of size 1; zero where it is below `tolerance`. The sizes (k,) of these
+        forces, of which no more than m are not zero, are returned as well.
         """
-        load, size = self.modes.T @ b.ravel(), np.linalg.norm(b)
+        load, size, force = self.modes.T @ b.ravel(), np.linalg.norm(b), np.zeros(len(work))
         if not np.linalg.norm(load) > tolerance * size:
-            return np.zeros(self.count)
+            return np.zeros(self.count), force
         left = load / size
         if len(work):
-            left = left + work.T @ nnls(work.T, -load / size, maxiter=100 * len(work))[0]
-        return left if np.linalg.norm(left) > tolerance else np.zeros(self.count)
+            force = nnls(work.T, -load / size, maxiter=100 * len(work))[0]
+            left = left + work.T @ force
+        return left if np.linalg.norm(left) > tolerance else np.zeros(self.count), force
 
     def _work(self, normal: np.ndarray, mu: Any) -> np.ndarray:
         """Work (e n, m) of unit forces along the edges of the friction cones on the modes."""

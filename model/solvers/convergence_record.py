@@ -49,6 +49,9 @@ class Record:
     patience, fall : int, float
         Residual tests without progress that are enough, and the part of the last good residual that is
         progress; fewer, and less, for a correction that is exact.
+    soon : int
+        Tests without progress after which it is looked whether what is left is rounding; 0 for a correction
+        that is exact.
     rounded : bool
         The solve has come as far as the digits of the displacement let it.
     """
@@ -65,6 +68,7 @@ class Record:
     idle: int = 0
     patience: int = IDLE
     fall: float = 0.999
+    soon: int = IDLE
     rounded: bool = False
 
     def __post_init__(self) -> None:
@@ -97,12 +101,14 @@ class Record:
             self.give_up("the numbers overflowed: scale the units or check the matrix")
         if len(self.history) > self.limit:
             self.give_up(f"the limit of {self.limit} residual tests was reached")
-        if self.idle >= self.patience:
-            fell = self.idle < len(self.history) - self.earlier
-            if fell and self.floor() >= 0.1 * self.tolerance:
+        tests = len(self.history) - self.earlier
+        if tests > 1 and self.idle < tests and self.idle >= self.soon:
+            floor = self.floor()
+            if floor >= 0.1 * self.tolerance and (residual <= 10.0 * floor or self.idle >= self.patience):
                 self.bar.close()
                 self.rounded = True
                 return True
+        if self.idle >= self.patience:
             self.give_up(
                 f"the residual has not fallen below {self.fall:g} of itself in {self.patience} tests"
             )

@@ -1,35 +1,56 @@
 """Lemke's pivoting: a finite way to solve small contact problems with friction in the plane.
 
-Where Newton steps and the loop run in circles, the problem is written as a linear complementarity problem,
+With gap v, slip s+ - s- and the stiffness S that the nodes feel, S u = b + forces of the road (p, tau) is a
+linear complementarity problem,
 
     w = M z + q,   w >= 0,   z >= 0,   w . z = 0,
-    w = (gap, slip forwards, mu p - tau),   z = (p, mu p + tau, slip backwards),                           (1)
+    z = (v, s+, s-),   w = (p, mu p + tau, mu p - tau),                                                   (1)
 
-and solved by C. E. Lemke's complementary pivoting, which ends after finitely many pivots; A. Klarbring, Int.
-J. Solids Struct. 22 (1986), and A. Klarbring & J.-S. Pang, SIAM J. Optim. 8 (1998), on (1). It costs k^3 and
-more, and finds contact, stick and slip to the digits that pivoting leaves; Newton steps do the rest.
+solved by C. E. Lemke's complementary pivoting; with friction A. Klarbring, Int. J. Solids Struct. 22 (1986).
+It begins with all nodes pressed to the road by a force so large that they stick, which it takes away.
+There is no end without an answer, for any mu, unless the load does work in a rigid motion that leads no node
+into the road: if w', z' is the ray on which it would end, w' + the pressing >= 0 makes each term of
+
+    z'.w' = u'.S u' + (pressing) . (v', s') + sum mu |s'| p' = 0
+
+vanish, so u' is such a motion. S may be singular, as where only contact holds the body. A pivot costs (3 k)^2.
 """
 
 import numpy as np
 from numba import njit
 
 TINY = 1e-11  # pivots of size 1 and below are taken for rounding
+NOTHING = 1e-13  # of the pressing at first: where it goes with the friction bounds, 1e-16 to 1e-14 are left
+PIVOTS = 50  # for each unknown; everyday scenes take two for each
 
 
 @njit(cache=True, error_model="numpy")
-def lemke(M, q):
-    """Return z (n,) >= 0 with M z + q >= 0 complementary to it, whether it was found, and the pivots."""
+def lemke(M, q, cover):
+    """Solve (1) from w = q + cover z0, z0 falling to 0.
+
+    Parameters
+    ----------
+    M, q : (n, n), (n,)
+    cover : (n,) > 0
+
+    Returns
+    -------
+    z : (n,)
+    found : bool
+    count : int
+        Pivots.
+    """
     n = q.size
     T = np.zeros((n, 2 * n + 2))  # columns w, z, the covering unknown, and the right side
     for i in range(n):
-        T[i, i], T[i, 2 * n], T[i, 2 * n + 1] = 1.0, -1.0, q[i]
+        T[i, i], T[i, 2 * n], T[i, 2 * n + 1] = 1.0, -cover[i], q[i]
         for j in range(n):
             T[i, n + j] = -M[i, j]
     basis, z = np.arange(n), np.zeros(n)
     if q.min() >= 0.0:
         return z, True, 0
-    row, entering = int(np.argmin(q)), 2 * n
-    for count in range(1, 50 * n):
+    row, entering = int(np.argmin(q / cover)), 2 * n
+    for count in range(1, PIVOTS * n):
         leaving = basis[row]
         pivot(T, row, entering)
         basis[row] = entering
@@ -42,12 +63,16 @@ def lemke(M, q):
         row = first_to_vanish(T, entering, basis)
         if row < 0:
             return z, False, count
-    return z, False, 50 * n
+    return z, False, PIVOTS * n
 
 
 @njit(cache=True, error_model="numpy")
 def first_to_vanish(T, entering, basis):
-    """Row of the basic unknown that vanishes first as another grows, the covering one preferred; or -1."""
+    """Row of the basic unknown that vanishes first as another grows, the covering one preferred; or -1.
+
+    With the covering unknown go the friction bounds of all nodes off the road: what is left of it then is
+    rounding.
+    """
     n = basis.size
     least = np.inf
     for i in range(n):
@@ -55,13 +80,12 @@ def first_to_vanish(T, entering, basis):
             least = min(least, max(T[i, 2 * n + 1], 0.0) / T[i, entering])
     found, largest = -1, 0.0
     for i in range(n):
-        if (
-            T[i, entering] > TINY
-            and max(T[i, 2 * n + 1], 0.0) <= least * T[i, entering] * (1 + 1e-12) + 1e-300
-        ):
-            size = np.inf if basis[i] == 2 * n else T[i, entering]
-            if size > largest:
-                found, largest = i, size
+        if T[i, entering] > TINY:
+            left = max(T[i, 2 * n + 1], 0.0) - least * T[i, entering]
+            if basis[i] == 2 * n and left <= NOTHING:
+                return i
+            if left <= 1e-12 * least * T[i, entering] + 1e-300 and T[i, entering] > largest:
+                found, largest = i, T[i, entering]
     return found
 
 
@@ -81,6 +105,7 @@ def contact_by_pivoting(S, b, gap, reference, mu):
     Parameters
     ----------
     S : (2 k, 2 k)
+        Positive semidefinite.
     b : (k, 2)
     gap, reference : (k,), (k, 1)
         At zero displacement, and where a node sticks.
@@ -96,32 +121,28 @@ def contact_by_pivoting(S, b, gap, reference, mu):
         Pivots.
     """
     k = gap.size
-    softened = S.copy()
-    largest = 0.0
-    for i in range(2 * k):
-        largest = max(largest, S[i, i])
-    for i in range(2 * k):
-        softened[i, i] += 1e-9 * largest  # what nothing holds falls far, but not for ever
-    W = np.linalg.inv(softened)
-    free = W @ b.copy().reshape(2 * k)
-    size = 0.0
-    for i in range(2 * k):
-        size += W[i, i] / (2 * k)
-    M, q = np.zeros((3 * k, 3 * k)), np.zeros(3 * k)
+    u, status = np.empty((k, 2)), np.empty(k, dtype=np.int8)
     for i in range(k):
-        q[i] = gap[i] + free[2 * i]
-        q[k + i] = free[2 * i + 1] - reference[i, 0]
-        for j in range(k):
-            for a in range(2):  # normal and tangential rows; forces in units of 1 / size
-                M[a * k + i, j] = (W[2 * i + a, 2 * j] - mu[j] * W[2 * i + a, 2 * j + 1]) / size
-                M[a * k + i, k + j] = W[2 * i + a, 2 * j + 1] / size
-        M[k + i, 2 * k + i] = 1.0
-        M[2 * k + i, i], M[2 * k + i, k + i] = 2.0 * mu[i], -1.0
-    z, found, count = lemke(M, q)
-    w = M @ z + q
-    force, status = np.zeros(2 * k), np.zeros(k, dtype=np.int8)
+        u[i, 0], u[i, 1] = -gap[i], reference[i, 0]
+    pressed = S @ u.copy().reshape(2 * k) - b.copy().reshape(2 * k)  # forces, all nodes sticking on the road
+    unit, stiffness = np.abs(pressed).max(), np.abs(S).max()
+    if unit == 0.0 or stiffness == 0.0:
+        unit, stiffness = max(unit, 1.0), max(stiffness, 1.0)
+    M, q, cover = np.empty((3 * k, 3 * k)), np.empty(3 * k), np.ones(3 * k)
     for i in range(k):
-        force[2 * i], force[2 * i + 1] = z[i] / size, (z[k + i] - mu[i] * z[i]) / size
-        if z[i] > 0.0:
-            status[i] = 1 if z[2 * k + i] > 0.0 or z[k + i] <= 0.0 or w[2 * k + i] <= 1e-12 * z[i] else 2
-    return (free + W @ force).reshape(k, 2), status, found, count
+        for a in range(2):
+            for j in range(k):  # rows p and tau, until they are joined
+                M[a * k + i, j] = S[2 * i + a, 2 * j] / stiffness
+                M[a * k + i, k + j] = S[2 * i + a, 2 * j + 1] / stiffness
+                M[a * k + i, 2 * k + j] = -M[a * k + i, k + j]
+            q[a * k + i] = pressed[2 * i + a] / unit
+        M[2 * k + i], q[2 * k + i] = mu[i] * M[i] - M[k + i], mu[i] * q[i] - q[k + i]
+        M[k + i], q[k + i] = mu[i] * M[i] + M[k + i], mu[i] * q[i] + q[k + i]
+        cover[k + i] = cover[2 * k + i] = 1.0 + mu[i]
+    z, found, count = lemke(M, q, cover)
+    for i in range(k):
+        slip = z[k + i] - z[2 * k + i]
+        u[i, 0] += z[i] * unit / stiffness
+        u[i, 1] += slip * unit / stiffness
+        status[i] = 0 if z[i] > 0.0 else 1 if slip != 0.0 else 2
+    return u, status, found, count

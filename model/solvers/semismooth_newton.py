@@ -283,7 +283,9 @@ def solve_active(
             b[i // s, i % s] += arrays.S[i, j] * target[j]
         for q in range(power.size):
             b[i // s, i % s] += arrays.Y[i, q] * power[q]
-    contact = Candidates(arrays.nodes, arrays.number, arrays.frame, arrays.block, gaps, reference, state)
+    # a node's own stiffness, for that which is left of it in S may be none
+    own = arrays.block if bound is None else whole.block[active]
+    contact = Candidates(arrays.nodes, arrays.number, arrays.frame, own, gaps, reference, state)
     if bound is None:
         move[:, 0] = after[active] - gaps
         project_newton(arrays, contact, b[:, 0], move, decided, found, slight)
@@ -332,7 +334,16 @@ def judge(arrays, contact, b, u, status, R, force, bound, slip_rate):
 @njit(cache=True, error_model="numpy")
 def sweep(arrays, contact, b, u, status, bound, slip_rate):
     """Visit every node once."""
-    loop = (1, arrays.blocks, arrays.inverse, b, u, arrays.order, contact, status, bound, slip_rate)
+    condensed = Candidates(
+        arrays.nodes,
+        arrays.number,
+        arrays.frame,
+        arrays.block,
+        contact.gap,
+        contact.reference,
+        contact.state,
+    )
+    loop = (1, arrays.blocks, arrays.inverse, b, u, arrays.order, condensed, status, bound, slip_rate)
     if u.shape[1] == 2:
         sweeps_2d(*loop)
     else:
@@ -539,7 +550,7 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
                 break
             judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
             trial, decided, after = u.copy(), status.copy(), best
-            if pivots and idle == PATIENCE - 2:
+            if pivots:
                 pivots = False
                 after = pivoted(arrays, contact, b, trial, decided, R, force, bound, slip_rate, slight)
             else:

@@ -170,7 +170,8 @@ class Condensation:
         Each cycle asks only for what is still missing, so that the next makes good what rounding spoilt, and
         more of the small problem: what little holds a body magnifies what that one leaves.
         """
-        loop, record.patience, record.fall, record.idle = self.loop, IDLE, FALL, 0
+        loop, record.patience, record.fall = self.loop, IDLE, FALL
+        record.idle = record.soon = 0
         while not record.finished(loop.residual(u, status)):
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]
@@ -202,7 +203,7 @@ class Condensation:
         loop, contact = self.loop, self.loop.contact
         known = np.zeros(loop.force.shape) if known is None else known
         selected = np.zeros(status.size, dtype=np.bool_)
-        selected[self._anchors] = True
+        selected[self._anchors] = selected[self.rigid.bearing] = True
         if self.rigid.count and not status.any():
             gaps = loop.gaps(u, status)
             selected |= gaps <= NEAR * max(gaps.max(), 0.0)
