@@ -1,19 +1,20 @@
-"""Lemke's pivoting: a finite way to solve small contact problems with friction in the plane.
+"""Lemke's pivoting: a finite way to solve small contact problems with friction.
 
-With gap v, slip s+ - s- and the stiffness S that the nodes feel, S u = b + forces of the road (p, tau) is a
-linear complementarity problem,
+Let friction be bounded along directions t_a alone, mu p + t_a . tau >= 0: both ways in the plane, where that is
+Coulomb's law, and a polygon around the disc in space. With gaps v, slip sum s_a t_a and the stiffness S that the
+nodes feel, S u = b + forces of the road (p, tau) is a linear complementarity problem,
 
-    w = M z + q,   w >= 0,   z >= 0,   w . z = 0,
-    z = (v, s+, s-),   w = (p, mu p + tau, mu p - tau),                                                   (1)
+    w = M z + q,   w >= 0,   z >= 0,   w . z = 0,     z = (v, s_a),   w = (p, mu p + t_a . tau),          (1)
 
 solved by C. E. Lemke's complementary pivoting; with friction A. Klarbring, Int. J. Solids Struct. 22 (1986).
 It begins with all nodes pressed to the road by a force so large that they stick, which it takes away.
 There is no end without an answer, for any mu, unless the load does work in a rigid motion that leads no node
 into the road: if w', z' is the ray on which it would end, w' + the pressing >= 0 makes each term of
 
-    z'.w' = u'.S u' + (pressing) . (v', s') + sum mu |s'| p' = 0
+    z' . w' = u' . S u' + (pressing) . (v', s') + sum mu s'_a p' = 0
 
-vanish, so u' is such a motion. S may be singular, as where only contact holds the body. A pivot costs (3 k)^2.
+vanish, so u' is such a motion. S may be singular, as where only contact holds the body. A pivot costs the
+square of the size of z.
 """
 
 import numpy as np
@@ -99,50 +100,55 @@ def pivot(T, row, column):
 
 
 @njit(cache=True, error_model="numpy")
-def contact_by_pivoting(S, b, gap, reference, mu):
-    """Solve S u = b + contact forces for k nodes in the plane, component 0 along their normals.
+def contact_by_pivoting(S, b, gap, reference, mu, directions):
+    """Solve S u = b + contact forces for k nodes, component 0 along their normals.
 
     Parameters
     ----------
-    S : (2 k, 2 k)
+    S : (k d, k d)
         Positive semidefinite.
-    b : (k, 2)
-    gap, reference : (k,), (k, 1)
+    b : (k, d)
+    gap, reference : (k,), (k, d - 1)
         At zero displacement, and where a node sticks.
     mu : (k,)
+    directions : (k, m, d - 1)
+        Unit vectors t of each node along the surface.
 
     Returns
     -------
-    u : (k, 2)
+    u : (k, d)
     status : (k,)
         0 free, 1 slip, 2 stick.
     found : bool
     count : int
         Pivots.
     """
-    k = gap.size
-    u, status = np.empty((k, 2)), np.empty(k, dtype=np.int8)
+    k, m, d = gap.size, directions.shape[1], b.shape[1]
+    l = 1 + m
+    u, status = np.empty((k, d)), np.empty(k, dtype=np.int8)
+    moves, asks = np.zeros((k, d, l)), np.zeros((k, l, d))  # what z does, and w asks of forces, at each node
+    cover = np.ones(k * l)
     for i in range(k):
-        u[i, 0], u[i, 1] = -gap[i], reference[i, 0]
-    pressed = S @ u.copy().reshape(2 * k) - b.copy().reshape(2 * k)  # forces, all nodes sticking on the road
+        u[i, 0], moves[i, 0, 0], asks[i, 0, 0] = -gap[i], 1.0, 1.0
+        for e in range(1, d):
+            u[i, e] = reference[i, e - 1]
+            for a in range(m):
+                moves[i, e, 1 + a] = asks[i, 1 + a, e] = directions[i, a, e - 1]
+        asks[i, 1:, 0] = mu[i]
+        cover[i * l + 1 : (i + 1) * l] = 1.0 + mu[i]
+    pressed = (S @ u.copy().reshape(k * d)).reshape(k, d) - b  # forces, all nodes sticking on the road
     unit, stiffness = np.abs(pressed).max(), np.abs(S).max()
     if unit == 0.0 or stiffness == 0.0:
         unit, stiffness = max(unit, 1.0), max(stiffness, 1.0)
-    M, q, cover = np.empty((3 * k, 3 * k)), np.empty(3 * k), np.ones(3 * k)
+    M, q = np.empty((k * l, k * l)), np.empty(k * l)
     for i in range(k):
-        for a in range(2):
-            for j in range(k):  # rows p and tau, until they are joined
-                M[a * k + i, j] = S[2 * i + a, 2 * j] / stiffness
-                M[a * k + i, k + j] = S[2 * i + a, 2 * j + 1] / stiffness
-                M[a * k + i, 2 * k + j] = -M[a * k + i, k + j]
-            q[a * k + i] = pressed[2 * i + a] / unit
-        M[2 * k + i], q[2 * k + i] = mu[i] * M[i] - M[k + i], mu[i] * q[i] - q[k + i]
-        M[k + i], q[k + i] = mu[i] * M[i] + M[k + i], mu[i] * q[i] + q[k + i]
-        cover[k + i] = cover[2 * k + i] = 1.0 + mu[i]
+        q[i * l : (i + 1) * l] = asks[i] @ pressed[i] / unit
+        for j in range(k):
+            block = S[i * d : (i + 1) * d, j * d : (j + 1) * d].copy() / stiffness
+            M[i * l : (i + 1) * l, j * l : (j + 1) * l] = asks[i] @ block @ moves[j]
     z, found, count = lemke(M, q, cover)
     for i in range(k):
-        slip = z[k + i] - z[2 * k + i]
-        u[i, 0] += z[i] * unit / stiffness
-        u[i, 1] += slip * unit / stiffness
-        status[i] = 0 if z[i] > 0.0 else 1 if slip != 0.0 else 2
+        way = moves[i] @ z[i * l : (i + 1) * l]
+        u[i] += way * (unit / stiffness)
+        status[i] = 0 if way[0] > 0.0 else 1 if np.any(way[1:] != 0.0) else 2
     return u, status, found, count

@@ -40,6 +40,8 @@ CHAIN = 12  # Newton steps that may pass before the residual must have fallen
 ENOUGH = 0.1  # of the residual: a Newton step that leaves no more needs no sweep to mend it
 PATIENCE = 20  # chains, pivotings and convex problems without half the residual
 STEPS = 30  # of a convex problem
+EDGES = 8  # of the polygon that stands for a friction disc where pivoting decides
+POLYGONS = 4  # one after the other, each turned to the last one's answer
 HALVINGS = 10  # of a Newton step whose energy does not fall
 
 residual_2d, residual_3d = natural_residual(2, True), natural_residual(3, True)
@@ -530,9 +532,12 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
     R = np.empty_like(u)
     place_all_on_surface(contact, u, status)
     best = judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
-    idle, lowest, pivots = 0, best, u.shape[1] == 2
+    idle, lowest, pivots = 0, best, True
     kept, kept_status = u.copy(), status.copy()
-    while best > tolerance and idle < PATIENCE:
+    while idle < PATIENCE:
+        enough = max(tolerance, rounding_of(arrays, b, u, force))
+        if best <= enough:
+            break
         trial, decided, after = u, status, best
         for _ in range(CHAIN):
             step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
@@ -546,13 +551,11 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
             if after < best:
                 break
         if after >= best:
-            if best < rounding_of(arrays, b, u, force):
-                break
             judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
             trial, decided, after = u.copy(), status.copy(), best
             if pivots:
                 pivots = False
-                after = pivoted(arrays, contact, b, trial, decided, R, force, bound, slip_rate, slight)
+                after = pivoted(arrays, contact, b, trial, decided, R, force, bound, slip_rate, enough, slight)
             else:
                 bounds = np.empty((status.size, 1))
                 for c in range(status.size):
@@ -605,19 +608,47 @@ def with_state(contact, state):
 
 
 @njit(cache=True, error_model="numpy")
-def pivoted(arrays, contact, b, u, status, R, force, bound, slip_rate, slight):
-    """Set u and status to what pivoting and Newton's steps from there find; return the natural residual."""
-    mu = np.empty(status.size)
-    for c in range(mu.size):
-        mu[c] = allowed(bound, 1.0, 0.0, contact.state[c])
-    trial, found, _, count = contact_by_pivoting(arrays.S, b, contact.gap, contact.reference, mu)
-    decided, best = found.astype(status.dtype), np.inf
-    arrays.steps[0] += count
-    for _ in range(CHAIN):
-        place_all_on_surface(contact, trial, decided)
-        after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
-        if after < best:
-            u[:], status[:], best = trial, decided, after
-        step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
-        trial = trial + step.reshape(u.shape)
+def pivoted(arrays, contact, b, u, status, R, force, bound, slip_rate, tolerance, slight):
+    """Set u and status to what pivoting and Newton's steps from there find; return the natural residual.
+
+    In space each node's polygon touches the disc where the friction of the last answer points.
+    """
+    k, d = u.shape
+    mu, best = np.empty(k), np.inf
+    trial, decided = u.copy(), status.copy()
+    for _ in range(1 if d == 2 else POLYGONS):
+        size = np.sum(np.abs(force[:, 0])) / k
+        for c in range(k):
+            p = max(force[c, 0], 1e-3 * size)
+            slip = np.sqrt(np.sum((trial[c, 1:] - contact.reference[c]) ** 2)) if decided[c] == SLIP else 0.0
+            mu[c] = allowed(bound, p, slip_rate * slip, contact.state[c]) / p if p > 0.0 else allowed(bound, 1.0, 0.0, contact.state[c])
+        ways = directions(force)
+        trial, found, _, count = contact_by_pivoting(arrays.S, b, contact.gap, contact.reference, mu, ways)
+        decided = found.astype(status.dtype)
+        arrays.steps[0] += count
+        for _ in range(CHAIN):
+            place_all_on_surface(contact, trial, decided)
+            after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+            if after < best:
+                u[:], status[:], best = trial, decided, after
+            if best <= tolerance:
+                return best
+            step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
+            trial = trial + step.reshape(u.shape)
     return judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+
+
+@njit(cache=True, error_model="numpy")
+def directions(force):
+    """Directions (k, m, d - 1) along the surface, the first against each node's friction."""
+    k, d = force.shape
+    ways = np.empty((k, 2 if d == 2 else EDGES, d - 1))
+    for c in range(k):
+        if d == 2:
+            ways[c, 0, 0], ways[c, 1, 0] = 1.0, -1.0
+            continue
+        first = np.arctan2(-force[c, 2], -force[c, 1])
+        for a in range(EDGES):
+            angle = first + 2.0 * np.pi * a / EDGES
+            ways[c, a, 0], ways[c, a, 1] = np.cos(angle), np.sin(angle)
+    return ways

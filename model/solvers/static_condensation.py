@@ -172,11 +172,13 @@ class Condensation:
         """
         loop, record.patience, record.fall = self.loop, IDLE, FALL
         record.idle = record.soon = 0
+        before = record.cycles
         while not record.finished(loop.residual(u, status)):
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]
             loop.force[apart] = 0.0
-            self.improve(u, status, loop.R, 0.1 ** min(1 + record.cycles, 4) * record.tolerance, loop.force)
+            part = 0.1 ** min(1 + record.cycles - before, 4)
+            self.improve(u, status, loop.R, part * record.tolerance, loop.force)
             record.cycles += 1
 
     def improve(
@@ -230,7 +232,10 @@ class Condensation:
             if not missed.size and self.rigid.count == self.pins.size:
                 missed = self._next_on_the_way(active, force, power, after, BALANCE * size)
             selected[missed] = True
-        if not force.size:
+        if not force.size and size == 0.0:  # nothing pushes: what increments would leave is rounding
+            u[:] = 0.0
+            loop.prescribe(loop.b, u)
+        elif not force.size:
             u += free
         elif self._whole:
             spread(self._columns, self._place, force, active, free.reshape(-1))

@@ -299,6 +299,9 @@ class Multigrid:
         Coarser meshes, where there are any, first correct u as far as they can (nested iteration).
         """
         loop, self.last[:] = self.loop, status
+        if record.earlier and self._condensed is not None:  # only digits are wanted of what has been found
+            self._condensed.solve(u, status, record)
+            return
         if self.coarser is not None and loop.residual(u, status) > record.tolerance:
             self.coarser.first_guess(loop, u, status, record)
         best, best_status, idle, steady, turned = np.inf, status.copy(), 0, 0, False
@@ -333,9 +336,9 @@ class Multigrid:
         self.coarser, self.cycle.sweeps = None, 2
 
     def _direct(self) -> Condensation:
-        """Factorise the matrix, once, with a unit diagonal where truncation left nothing."""
+        """Factorise the matrix, once."""
         if self._condensed is None:
-            self._condensed = condensation(self.loop, self.rigid.coordinates, self.rigid.turning)
+            self._condensed = Condensation(bsr(self.loop.A), self.loop, self.rigid)
         return self._condensed
 
     def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int) -> bool:
@@ -596,12 +599,12 @@ class CoarserMesh:
         place_on_road(fine, u, status)
 
 
-def condensation(loop: NodeLoop, coordinates: np.ndarray, turning: np.ndarray | None = None) -> Condensation:
-    """The correction `direct` of a loop on a mesh, with a unit diagonal where truncation left nothing."""
+def condensation(loop: NodeLoop, coordinates: np.ndarray) -> Condensation:
+    """The correction `direct` on a coarse mesh, with a unit diagonal where truncation left nothing."""
     A = bsr(loop.A)
     empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
     A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
-    return Condensation(A, loop, RigidModes(A, coordinates, loop.nodes, turning))
+    return Condensation(A, loop, RigidModes(A, coordinates, loop.nodes))
 
 
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidModes) -> Multigrid:

@@ -171,6 +171,8 @@ def _by_cones(
     A = csc_array(posed.A) * _softness(posed)
     bound = posed.mu * np.einsum("ca,ca->c", answer.force, posed.normal)[near] / size
     slip = _along(answer.displacement[posed.nodes] - posed.reference, posed.normal)[near] / unit
+    rounding_of_slip = 16 * EPS * np.abs(answer.displacement[posed.nodes]).sum(axis=1)[near] / unit
+    slip[np.linalg.norm(slip, axis=1) <= rounding_of_slip] = 0.0
     way = np.linalg.norm(slip, axis=1)
     slides, sticks = (bound > 0.0) & (way > 1.0), np.flatnonzero((bound > 0.0) & (way <= 1.0))
     q = -r
