@@ -244,9 +244,7 @@ class RigidModes:
         _, sizes, directions = np.linalg.svd(held)
         return directions[sizes < LEFT * np.abs(at).max()].T
 
-    def _unbalanced(
-        self, b: np.ndarray, work: np.ndarray, tolerance: float
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _unbalanced(self, b: np.ndarray, work: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
         """What forces that do such work (k, m) on the modes leave of a load (N, d) at best, (m,).
 
         It is the motion that leads nowhere into the road into which the load drives the body with the

@@ -1,8 +1,8 @@
 """Lemke's pivoting: a finite way to solve small contact problems with friction.
 
-Let friction be bounded along directions t_a alone, mu p + t_a . tau >= 0: both ways in the plane, where that is
-Coulomb's law, and a polygon around the disc in space. With gaps v, slip sum s_a t_a and the stiffness S that the
-nodes feel, S u = b + forces of the road (p, tau) is a linear complementarity problem,
+Let friction be bounded along directions t_a alone, mu p + t_a . tau >= 0: both ways in the plane, where that
+is Coulomb's law, and a polygon around the disc in space. With gaps v, slip sum s_a t_a and the stiffness S
+that the nodes feel, S u = b + forces of the road (p, tau) is a linear complementarity problem,
 
     w = M z + q,   w >= 0,   z >= 0,   w . z = 0,     z = (v, s_a),   w = (p, mu p + t_a . tau),          (1)
 

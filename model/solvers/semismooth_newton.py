@@ -1,14 +1,15 @@
-"""The small dense contact problem with friction: semismooth Newton, and convex problems where it fails.
+"""The small dense contact problem with friction: semismooth Newton, and pivoting where it fails.
 
 A Newton step solves for what the loop has decided (free, slip, stick), the friction force of slipping nodes
 following their pressure and slip; the loop then decides again. A chain of steps counts if the natural
-residual falls (a watchdog, Chamberlain et al., Math. Program. Study 16 (1982)). Otherwise the friction bounds
-are held at what they are. That leaves a convex problem,
+residual falls (a watchdog, Chamberlain et al., Math. Program. Study 16 (1982)). Otherwise pivoting decides
+from nothing. Where that comes to no end, or the law is not Coulomb's, the friction bounds are held at what
+they are. That leaves a convex problem,
 
     J(u) = 1/2 u.S u - b.u + sum bound |slip|  is least over  gap + n.u >= 0,                           (1)
 
 which sweeps and damped Newton steps solve from anywhere, J falling (Graeser and Sander, IMA J. Numer. Anal.
-39 (2019)); Coulomb's law is the fixed point bound = mu p. In the plane pivoting decides what is left.
+39 (2019)); Coulomb's law is the fixed point bound = mu p.
 
 Everything here is in the frames of the nodes: component 0 along the normal, the others along the tangents.
 The sweep and the residual are those of the whole problem. `bound` is the address of the friction law.
@@ -555,14 +556,14 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
             trial, decided, after = u.copy(), status.copy(), best
             if pivots:
                 pivots = False
-                after = pivoted(arrays, contact, b, trial, decided, R, force, bound, slip_rate, enough, slight)
+                after = pivoted(
+                    arrays, contact, b, trial, decided, R, force, bound, slip_rate, enough, slight
+                )
             else:
                 bounds = np.empty((status.size, 1))
                 for c in range(status.size):
-                    slip = (
-                        np.sqrt(np.sum((u[c, 1:] - contact.reference[c]) ** 2)) if status[c] == SLIP else 0.0
-                    )
-                    bounds[c, 0] = allowed(bound, force[c, 0], slip_rate * slip, contact.state[c])
+                    slip = slip_rate * slip_of(contact, u, status, c)
+                    bounds[c, 0] = allowed(bound, force[c, 0], slip, contact.state[c])
                 convex = with_state(contact, bounds)
                 descend(arrays, convex, b, trial, decided, R, force, held, slip_rate, 0.1 * best, slight)
                 after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
@@ -572,6 +573,12 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
             kept[:], kept_status[:], lowest = u, status, best
     u[:], status[:], best = kept, kept_status, lowest
     judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+
+
+@njit(cache=True, error_model="numpy")
+def slip_of(contact, u, status, c):
+    """Length of the slip of candidate c; 0 where it does not slip."""
+    return np.sqrt(np.sum((u[c, 1:] - contact.reference[c]) ** 2)) if status[c] == SLIP else 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -617,11 +624,10 @@ def pivoted(arrays, contact, b, u, status, R, force, bound, slip_rate, tolerance
     mu, best = np.empty(k), np.inf
     trial, decided = u.copy(), status.copy()
     for _ in range(1 if d == 2 else POLYGONS):
-        size = np.sum(np.abs(force[:, 0])) / k
         for c in range(k):
-            p = max(force[c, 0], 1e-3 * size)
-            slip = np.sqrt(np.sum((trial[c, 1:] - contact.reference[c]) ** 2)) if decided[c] == SLIP else 0.0
-            mu[c] = allowed(bound, p, slip_rate * slip, contact.state[c]) / p if p > 0.0 else allowed(bound, 1.0, 0.0, contact.state[c])
+            p = force[c, 0] if force[c, 0] > 0.0 else 1.0
+            slip = slip_rate * slip_of(contact, trial, decided, c)
+            mu[c] = allowed(bound, p, slip, contact.state[c]) / p
         ways = directions(force)
         trial, found, _, count = contact_by_pivoting(arrays.S, b, contact.gap, contact.reference, mu, ways)
         decided = found.astype(status.dtype)
