@@ -158,11 +158,7 @@ class RigidModes:
         ValueError
             Naming the motion, and the force, if more than `tolerance` of the load is missing.
         """
-        self.bearing = np.zeros(0, dtype=np.int64)
-        if self.count and not (
-            self._balanced(b, normal, 0.0, tolerance)
-            or (np.any(mu) and self._balanced(b, normal, mu, tolerance))
-        ):
+        if not self.bears(b, normal, mu, tolerance):
             left, _ = self._unbalanced(b, self._work(normal, 0.0), tolerance)  # friction turns no motion
             motion = self.modes @ left
             force = motion @ b.ravel() / np.linalg.norm(motion.reshape(b.shape), axis=1).max()
@@ -170,6 +166,15 @@ class RigidModes:
                 f"The load drives the body into {self._in_words(left)} that neither supports nor the "
                 f"road can stop, with a force of {force:.3g}; load it towards the road or fix it."
             )
+
+    def bears(self, b: np.ndarray, normal: np.ndarray, mu: Any, tolerance: float) -> bool:
+        """Tell whether the road may balance a load (N, d) on the modes, and find who is `bearing` it."""
+        self.bearing = np.zeros(0, dtype=np.int64)
+        return (
+            self.count == 0
+            or self._balanced(b, normal, 0.0, tolerance)
+            or (bool(np.any(mu)) and self._balanced(b, normal, mu, tolerance))
+        )
 
     def _balanced(self, b: np.ndarray, normal: np.ndarray, mu: Any, tolerance: float) -> bool:
         """Tell whether forces within the friction cones balance a load (N, d) on the modes.

@@ -297,9 +297,11 @@ class ContactSolver:
             height = gap + np.einsum("ca,ca->c", normal, reference)
             places = problem.coordinates[loop.nodes] + reference - height[:, None] * normal
         state = loop.told(slipped, places)
-        if flat:  # on a curved road others may hold the body in the end
-            mu = 0.0 if loop.friction is None else state[:, 1]
+        mu = 0.0 if loop.friction is None else state[:, 1]
+        if flat:
             self.rigid.require_balance(load, normal, mu, BALANCE)
+        else:  # on a curved road others may hold the body in the end
+            self.rigid.bears(load, normal, mu, BALANCE)
         loop.prescribe(load, u)
         self._require_room(u, gap, normal)
         loop.slip_rate, first, steps = slip_rate, loop.sweeps, int(self.correction.steps[0])

@@ -287,6 +287,7 @@ class Multigrid:
         self.best = np.zeros(loop.shape)
         self._defect = defect(d)
         self._condensed: Condensation | None = None
+        self._handed_over = False
 
     @property
     def steps(self) -> Any:
@@ -299,9 +300,10 @@ class Multigrid:
         Coarser meshes, where there are any, first correct u as far as they can (nested iteration).
         """
         loop, self.last[:] = self.loop, status
-        if record.earlier and self._condensed is not None:  # only digits are wanted of what has been found
-            self._condensed.solve(u, status, record)
+        if record.earlier and self._handed_over:  # only digits are wanted of what has been found
+            self._direct().solve(u, status, record)
             return
+        self._handed_over = False
         if self.coarser is not None and loop.residual(u, status) > record.tolerance:
             self.coarser.first_guess(loop, u, status, record)
         best, best_status, idle, steady, turned = np.inf, status.copy(), 0, 0, False
@@ -317,7 +319,7 @@ class Multigrid:
             elif idle < PATIENCE:
                 idle += 1
             else:  # the corrections lead nowhere
-                u[:], status[:] = self.best, best_status
+                u[:], status[:], self._handed_over = self.best, best_status, True
                 self._direct().solve(u, status, record)
                 return
             self._linearise(u, status)
