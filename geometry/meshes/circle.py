@@ -43,3 +43,21 @@ def onto_circle(radius: float, lowest: Sequence[float] = (0.0, 0.0)) -> Callable
         return onto + base
 
     return snap
+
+
+def shell_sizes(radius: float, inner_half_width: float | None) -> np.ndarray:
+    """Return the sizes (k,) of shells of a nested mesh in the unit disc: the inner block's first, 1 last.
+
+    Mapped onto the body the block is as wide as asked for, by default a fifth of the radius.
+
+    Raises
+    ------
+    ValueError
+        if the inner block does not fit
+    """
+    inner = 0.1 * radius if inner_half_width is None else inner_half_width
+    if not 0 < inner < radius:
+        raise ValueError(f"The inner block's half width is {inner}; it must lie between 0 and {radius}.")
+    b = np.tan(inner / radius / 2)
+    shells = max(1, round(np.log(1 / b) / np.log(SHELL_GROWTH)))
+    return np.asarray(b ** (1 - np.arange(shells + 1) / shells))

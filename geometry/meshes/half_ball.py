@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.grid import Grid, exterior_facets, number_rows
-from geometry.meshes.circle import SHELL_GROWTH, onto_circle
+from geometry.meshes.circle import onto_circle, shell_sizes
 
 HALF = 2  # cells along half a side of the inner block
 # Of the inner block: 0 for a cube, 1 for a ball; 0.5 makes angles of 120 degrees along its edges.
@@ -61,12 +61,8 @@ def half_ball(
         raise ValueError(f"The radius is {radius}; it must be positive.")
     if part not in PARTS:
         raise ValueError(f"The part is {part!r}; it must be one of {', '.join(PARTS)}.")
-    inner = 0.1 * radius if inner_half_width is None else inner_half_width
-    if not 0 < inner < radius:
-        raise ValueError(f"The inner block's half width is {inner}; it must lie between 0 and {radius}.")
-    b = np.tan(inner / radius / 2)
-    shells = max(1, round(np.log(1 / b) / np.log(SHELL_GROWTH)))
-    size = b ** (1 - np.arange(shells + 1) / shells)
+    size = shell_sizes(radius, inner_half_width)
+    shells = size.size - 1
 
     corners = _cells(PARTS[part], shells)  # (n, 8, 4): shell, i, j, k of every vertex
     rows = corners.reshape(-1, 4)

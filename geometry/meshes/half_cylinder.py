@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk, ellipkinc
 
 from geometry.grid import Grid, exterior_facets
-from geometry.meshes.circle import SHELL_GROWTH, SPACING, onto_circle
+from geometry.meshes.circle import SPACING, onto_circle, shell_sizes
 
 ROUNDING = 0.3  # of the inner block, by eye: 0 for a square outline, 1 for a circular one
 
@@ -133,13 +133,8 @@ def half_cylinder_nested(
     """
     _check_radius(radius)
     _check_cell(cell)
-    inner = 0.1 * radius if inner_half_width is None else inner_half_width
-    if not 0 < inner < radius:
-        raise ValueError(f"The inner block's half width is {inner}; it must lie between 0 and {radius}.")
-    b = np.tan(inner / radius / 2)
-    shells = max(1, round(np.log(1 / b) / np.log(SHELL_GROWTH)))
-    size = b ** (1 - np.arange(shells + 1) / shells)
-    rings = size[:, None] * np.exp(1j * np.pi / 8 * np.arange(5))
+    size = shell_sizes(radius, inner_half_width)
+    b, rings = size[0], size[:, None] * np.exp(1j * np.pi / 8 * np.arange(5))
     square = b * np.array([1, 1 + 0.5j, 1 + 1j, 0.5 + 1j, 1j])
     rings[0] = (1 - ROUNDING) * square + ROUNDING * rings[0]
     rings[:, 4] = 1j * rings[:, 4].imag

@@ -17,7 +17,7 @@ from scipy.sparse import diags_array
 from scipy.sparse.linalg import cg
 
 from model.dynamics.contact_update import confirm_contact
-from model.dynamics.moving_body import MovingBody
+from model.dynamics.moving_body import MovingBody, rates_at_start
 from model.one_rank import ONE_RANK
 from model.ranks.krylov import conjugate_gradients
 from model.ranks.solver_of import solver_of
@@ -83,10 +83,7 @@ def road_rates(body: MovingBody, points: np.ndarray, dt: float) -> tuple[np.ndar
     """Velocity and acceleration (n, d) at time 0 of points of the road, by differences of second order."""
     if not body.road_moves:
         return np.zeros_like(points), np.zeros_like(points)
-    g = [body.carried(points, 0.0, 0.5 * dt * k) for k in range(4)]
-    return (4.0 * g[1] - 3.0 * g[0] - g[2]) / dt, (2.0 * g[0] - 5.0 * g[1] + 4.0 * g[2] - g[3]) / (
-        0.5 * dt
-    ) ** 2
+    return rates_at_start([body.carried(points, 0.0, 0.5 * dt * k) for k in range(4)], 0.5 * dt)
 
 
 def mass_inverse(M: Any, r: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:

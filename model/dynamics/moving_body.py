@@ -294,7 +294,7 @@ class MovingBody:
         h, before = 0.5 * dt, time < 0.5 * dt
         g = [self.prescribed_at(time + h * k) for k in ((0, 1, 2, 3) if before else (-1, 0, 1))]
         if before:
-            return (4.0 * g[1] - 3.0 * g[0] - g[2]) / dt, (2.0 * g[0] - 5.0 * g[1] + 4.0 * g[2] - g[3]) / h**2
+            return rates_at_start(g, h)
         return (g[2] - g[0]) / dt, (g[0] - 2.0 * g[1] + g[2]) / h**2
 
     def in_steps(self, dt: float) -> "MovingBody":
@@ -377,6 +377,11 @@ class MovingBody:
 
     def _strained(self, u: np.ndarray) -> np.ndarray:
         return u - self.ranks.first(u[0]) if self.floats else u
+
+
+def rates_at_start(g: Sequence[np.ndarray], h: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return first and second derivatives at the first of four values, h apart, to second order."""
+    return (4.0 * g[1] - 3.0 * g[0] - g[2]) / (2.0 * h), (2.0 * g[0] - 5.0 * g[1] + 4.0 * g[2] - g[3]) / h**2
 
 
 class RigidPart:

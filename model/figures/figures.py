@@ -346,7 +346,8 @@ def body_picture(
         return None
     x = body.coordinates + displacement
     middle = (x.max(axis=0) + x.min(axis=0)) / 2
-    whole = 1.05 * np.ptp(x, axis=0).max() if body.dim == 2 else 1.4 * np.linalg.norm(np.ptp(x, axis=0))
+    size = np.ptp(x, axis=0)  # in pictures three quarters as high as wide
+    whole = 1.05 * max(size[0], size[1] / 0.75) if body.dim == 2 else 1.4 * np.linalg.norm(size)
     views = [(middle, whole), (np.asarray(centre, dtype=float), width)]
     limits = (0.0, float(np.max(field)))
     figure, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
