@@ -104,7 +104,7 @@ def half_cylinder_nested(
 ) -> Grid:
     """Block mesh of 56 quadrilaterals made for uniform refinement, refined so many times.
 
-    A block of 4 x 2 quadrilaterals at the lowest point (0, 0) lies within shells of 8, each SHELL_GROWTH
+    A block of 4 x 2 quadrilaterals at the lowest point (0, 0) lies within shells of 8, each 1.65
     times larger than the one before; the last ends on the flat face. Every boundary node meets two
     quadrilaterals, but for the two right angles of the flat face. For multigrid give the coarse grid to
     `Body.from_grid(grid, refinements)`, which keeps the transfers.
