@@ -84,6 +84,21 @@ def below():
     return BodyOnRoad(system, "bottom", Plane((1.0, 0.0), (-0.1, 1.0)))
 
 
+def slides():
+    """A block that nothing holds, on a slope."""
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4), 1), STEEL)
+    system = elasticity.system(elasticity.body_force((0.0, -1.0)))
+    return BodyOnRoad(system, "bottom", Plane((0.0, 0.0), (0.1, 1.0)), friction=0.05, interference=True)
+
+
+def tips():
+    """A block of triangles that its load turns about the end of its foot."""
+    body = Body.from_grid(rectangle(1.0, 2.0, 4, 8), 1, triangles=True)
+    elasticity = Elasticity(body, STEEL)
+    system = elasticity.system(elasticity.total_force("top", (0.8, -1.0)))
+    return BodyOnRoad(system, "bottom", Plane(), friction=1.0)
+
+
 def path():
     """The cylinder, pressed and then pushed."""
     contact = cylinder(0.3)
@@ -274,6 +289,8 @@ SCENES = {
     "triangles": triangles,
     "held": held,
     "below": below,
+    "slides": slides,
+    "tips": tips,
     "path": path,
     "tread": tread,
     "slippery": slippery,

@@ -1,6 +1,7 @@
 """The contact loop and truncated multigrid on many ranks."""
 
 from contextlib import suppress
+from functools import cached_property
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 from types import SimpleNamespace
@@ -14,11 +15,13 @@ from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, length, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
 from model.problem.contact_problem import shaped
+from model.problem.rigid_modes import BALANCE
 from model.ranks.first_guess import FirstGuess
 from model.ranks.krylov import conjugate_gradients, flexible_gmres
 from model.ranks.petsc_cycle import PetscCycle, has_petsc
 from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
+from model.ranks.shared_rigid_modes import SharedRigidModes
 from model.solvers.compiling import announce_compilation
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
@@ -182,7 +185,8 @@ class SharedSolver:
         NotConverged
             On all ranks.
         ValueError
-            If an argument is not finite or does not fit, or a node starts below the road; on all ranks.
+            If an argument is not finite or does not fit, a node starts below the road, or nothing can hold
+            the body against the load; on all ranks.
         """
         began = perf_counter()
         problem, loop, owned = self.problem, self.loop, self.exchange.owned
@@ -209,6 +213,9 @@ class SharedSolver:
             height = gap + np.einsum("ca,ca->c", on, reference)
             places = problem.coordinates[loop.nodes] + reference - height[:, None] * on
         state = loop.told(np.zeros(loop.nodes.size) if slipped is None else slipped, places)
+        if normal is None:  # on a curved road others may hold the body in the end
+            mu = np.zeros(loop.nodes.size) if loop.friction is None else state[:, 1]
+            self.rigid.require_balance(b, mu, BALANCE)
         loop.set_load(b, gap, reference, state)
         status = loop.start(u, start_status)
         first = loop.sweeps
@@ -234,6 +241,11 @@ class SharedSolver:
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
             state=np.asarray(status == Status.SLIP, dtype=np.float64),
         )
+
+    @cached_property
+    def rigid(self) -> SharedRigidModes:
+        """Rigid modes of the problem; collective when first asked for."""
+        return SharedRigidModes(self.problem)
 
     def take_planes(self, normal: np.ndarray) -> None:
         """Give every candidate a plane by its unit normal (n, d), unless it has it; collective."""

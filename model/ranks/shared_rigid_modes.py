@@ -1,0 +1,122 @@
+"""Rigid modes of bodies that many ranks share, and whether the road can resist them."""
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.sparse import bsr_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from model.problem.rigid_modes import RigidModes, rigid_motions
+from model.ranks.shared_problem import SharedProblem
+
+
+class SampledModes(RigidModes):
+    """Rigid modes at some nodes: the candidates come first, the others tell how the bodies move.
+
+    Parameters
+    ----------
+    coordinates : (k, d)
+    body : (k,)
+        Which body each belongs to.
+    modes : (k d, m)
+        Of all nodes orthonormal, of these linearly independent.
+    candidates : int
+    """
+
+    def __init__(self, coordinates: np.ndarray, body: np.ndarray, modes: np.ndarray, candidates: int):
+        self.coordinates, self.nodes, self._body = coordinates, np.arange(candidates), body
+        self.turning, self.modes, self.count = None, modes, modes.shape[1]
+
+    def load_of(self, drive: np.ndarray) -> np.ndarray:
+        """Return the least load (k, d) on these nodes that does the work (m,) on the modes."""
+        load = self.modes @ np.linalg.lstsq(self.modes.T @ self.modes, drive)[0]
+        return np.asarray(load.reshape(self.coordinates.shape))
+
+
+class SharedRigidModes:
+    """Rigid modes of a shared problem, of which the first rank asks whether the road balances a load.
+
+    Parameters
+    ----------
+    problem : SharedProblem
+    """
+
+    def __init__(self, problem: SharedProblem):
+        ranks, owned = problem.exchanges[0], problem.exchanges[0].owned
+        self.ranks = ranks
+        body = bodies(problem)
+        self.modes = unheld_motions(problem, body)
+        if self.modes.shape[2] == 0:
+            return
+        nodes, own = problem.contact_nodes, body[:owned]
+        d = problem.coordinates.shape[1]
+        sides = [side for side in product((-1.0, 0.0, 1.0), repeat=d) if any(side)]
+        extremes = [
+            here[np.argmax(problem.coordinates[here] @ side)]
+            for here in (np.flatnonzero(own == number) for number in np.unique(own[own >= 0]))
+            for side in sides
+        ]
+        candidates, others = (
+            [ranks.stacked(x[chosen]) for x in (problem.coordinates, body, self.modes)]
+            for chosen in (nodes, np.array(extremes, dtype=np.int64))
+        )
+        coordinates, numbers, modes = (np.concatenate(x) for x in zip(candidates, others))
+        modes = modes.reshape(-1, self.modes.shape[2])
+        self.sampled = SampledModes(coordinates, numbers, modes, len(candidates[0]))
+        self.normal = ranks.stacked(problem.normal)
+
+    def require_balance(self, b: np.ndarray, mu: np.ndarray, tolerance: float) -> None:
+        """Refuse a load (owned, d) as `RigidModes.require_balance` does, mu (n,); collective."""
+        if self.modes.shape[2] == 0:
+            return
+        ranks, trouble = self.ranks, ""
+        drive = ranks.sum(np.einsum("nam,na->m", self.modes[: ranks.owned], b))
+        load, size = self.sampled.load_of(drive), np.sqrt(ranks.dot(b, b))
+        mu, part = ranks.stacked(mu), np.linalg.norm(load)
+        if ranks.before(1) == 0 and part > 0.0:
+            try:
+                self.sampled.require_balance(load, self.normal, mu, tolerance * size / part)
+            except ValueError as error:
+                trouble = str(error)
+        ranks.agree(trouble)
+
+
+def bodies(problem: SharedProblem) -> np.ndarray:
+    """Number of the body that each node held here belongs to, (N,); -1 for one that stands alone; collective.
+
+    A body has the least of its nodes' numbers: ranks ask for those of their copies until none falls.
+    """
+    exchange, N = problem.exchanges[0], len(problem.coordinates)
+    A: bsr_array = problem.A
+    indptr = np.concatenate([A.indptr, np.full(N - exchange.owned, A.indptr[-1])])
+    graph = csr_array((np.ones(A.indices.size, dtype=np.int8), A.indices, indptr), shape=(N, N))
+    _, label = connected_components(graph, directed=False)
+    number = np.where(np.bincount(label)[label] == 1, -1, problem.ids[0]).astype(np.int64)
+    exchange.update(number)
+    falls = True
+    while exchange.any(falls):
+        least = np.full(label.max(initial=-1) + 1, np.iinfo(np.int64).max)
+        np.minimum.at(least, label, number)
+        falls = bool(np.any(least[label] < number))
+        number = least[label]
+        exchange.update(number)
+    return number
+
+
+def unheld_motions(problem: SharedProblem, body: np.ndarray) -> np.ndarray:
+    """Rigid motions (N, d, m), orthonormal, that cost no energy, as those of one rank; collective."""
+    ranks, (N, d) = problem.exchanges[0], problem.coordinates.shape
+    numbers = np.unique(ranks.stacked(np.unique(body[body >= 0])))
+    motions = rigid_motions(problem.coordinates, ranks)
+    motions = np.concatenate([motions * (body == k)[:, None, None] for k in numbers], axis=2)
+    columns = motions.reshape(N * d, -1)
+    own, diagonal = columns[: ranks.owned * d], problem.A.diagonal()
+    energy = ranks.sum(own.T @ (problem.A @ columns))
+    scale = ranks.sum(own.T @ (diagonal[:, None] * own))
+    lower = np.linalg.cholesky(scale + 1e-300 * np.eye(len(scale)))
+    inner = np.linalg.solve(lower, np.linalg.solve(lower, energy).T)
+    values, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
+    free: Any = np.linalg.solve(lower.T, vectors[:, values < 1e-13])
+    gram = ranks.sum((own @ free).T @ (own @ free))
+    return np.asarray((columns @ np.linalg.solve(np.linalg.cholesky(gram), free.T).T).reshape(N, d, -1))
