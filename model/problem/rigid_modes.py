@@ -51,7 +51,7 @@ def centred(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:
     """Return points (N, d), which ranks may share, from their mean, scaled to the size 1."""
     own = ranks.own(coordinates)
     x = coordinates - ranks.sum(own.sum(axis=0)) / ranks.sum(len(own))
-    return x / (ranks.max(float(np.abs(x).max())) or 1.0)
+    return x / (ranks.max(float(np.abs(x).max(initial=0.0))) or 1.0)
 
 
 def bodies(A: bsr_array) -> np.ndarray:
