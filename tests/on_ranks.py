@@ -337,6 +337,8 @@ if __name__ == "__main__":
         try:
             fields = found(kind, out)
         except (ValueError, NotConverged) as error:
+            if MPI.COMM_WORLD.size > 1 and not getattr(error, "everybody", False):
+                raise  # which ends all ranks: the others have not met it
             fields = {"trouble": np.array(str(error))}
         everybody = MPI.COMM_WORLD.gather(str(fields.get("trouble", "")))
         if MPI.COMM_WORLD.rank == 0:

@@ -110,7 +110,7 @@ def unheld_motions(problem: SharedProblem, body: np.ndarray) -> np.ndarray:
     numbers = np.unique(ranks.stacked(np.unique(body[body >= 0])))
     motions = rigid_motions(problem.coordinates, ranks)
     motions = np.concatenate([motions * (body == k)[:, None, None] for k in numbers], axis=2)
-    columns = motions.reshape(N * d, -1)
+    columns = motions.reshape(N * d, motions.shape[2])
     own, diagonal = columns[: ranks.owned * d], problem.A.diagonal()
     energy = ranks.sum(own.T @ (problem.A @ columns))
     scale = ranks.sum(own.T @ (diagonal[:, None] * own))
@@ -119,4 +119,6 @@ def unheld_motions(problem: SharedProblem, body: np.ndarray) -> np.ndarray:
     values, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
     free: Any = np.linalg.solve(lower.T, vectors[:, values < 1e-13])
     gram = ranks.sum((own @ free).T @ (own @ free))
-    return np.asarray((columns @ np.linalg.solve(np.linalg.cholesky(gram), free.T).T).reshape(N, d, -1))
+    return np.asarray(
+        (columns @ np.linalg.solve(np.linalg.cholesky(gram), free.T).T).reshape(N, d, free.shape[1])
+    )
