@@ -109,6 +109,11 @@ class Elasticity:
         density : mass per volume, for motion
         damping : (alpha, beta) of Rayleigh's damping, for motion
 
+        Raises
+        ------
+        ValueError
+            for loads of another shape, damping without a density, or as the parts refuse what they are given
+
         Examples
         --------
         >>> from forms import Support
@@ -156,7 +161,13 @@ class Elasticity:
         )
 
     def damping(self, alpha: float, beta: float, density: float | Mapping[str, float]) -> sparse.bsr_array:
-        """Return Rayleigh's C = alpha M + beta K; alpha (1/time) and beta (time) must not be negative."""
+        """Return Rayleigh's C = alpha M + beta K, (N dim, N dim) in blocks.
+
+        Parameters
+        ----------
+        alpha, beta : 1/time and time, not negative, or ValueError is raised
+        density : mass per volume, or {region: mass per volume}
+        """
         for name, value in (("alpha", alpha), ("beta", beta)):
             if not (np.isfinite(value) and value >= 0):
                 raise ValueError(f"The damping coefficient {name} is {value}; it must not be negative.")
@@ -188,7 +199,7 @@ class Elasticity:
         return M
 
     def stress(self, u: np.ndarray) -> np.ndarray:
-        """Return the stress at the middle of each cell, (cells, 3, 3), in dolfinx's order, with sigma_zz.
+        """Return the stress of u (N, dim) in the middle of each cell, (cells, 3, 3), with sigma_zz.
 
         The strain is that of the shape functions at the cell's centre, where bilinear elements are at their
         best.
@@ -214,11 +225,11 @@ class Elasticity:
         return stress
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
-        """Return the displacement gradient du_i / dx_j at the middle of each cell, (cells, dim, dim)."""
+        """Return the gradient du_i / dx_j of u (N, dim) in the middle of each cell, (cells, dim, dim)."""
         return np.asarray(np.einsum("cki,ckj->cij", np.asarray(u)[self.body.cells], self._gradients))
 
     def von_mises(self, u: np.ndarray) -> np.ndarray:
-        """Return von Mises' equivalent stress at the middle of each cell, (cells,)."""
+        """Return von Mises' equivalent stress of u (N, dim) in the middle of each cell, (cells,)."""
         stress = self.stress(u)
         mean = np.trace(stress, axis1=1, axis2=2) / 3
         deviator = stress - mean[:, None, None] * np.eye(3)

@@ -43,7 +43,10 @@ class Isotropic:
         self.E, self.nu = float(E), float(nu)
 
     def matrix(self, kinematics: str) -> np.ndarray:
-        """Return the elasticity matrix: 3 x 3 in the plane, 4 x 4 if axisymmetric, 6 x 6 for "3d"."""
+        """Return the elasticity matrix, (3, 3) in the plane, (4, 4) if axisymmetric, (6, 6) for "3d".
+
+        Other kinematics, and those that a (3, 3) material does not serve, raise ValueError.
+        """
         check_kinematics(kinematics)
         E, nu = self.E, self.nu
         shear = E / (2 * (1 + nu))
@@ -103,7 +106,10 @@ class Anisotropic:
             raise ValueError(f"The elasticity matrix has the eigenvalue {smallest}; all must be positive.")
 
     def matrix(self, kinematics: str) -> np.ndarray:
-        """Return the elasticity matrix: 3 x 3 in the plane, 4 x 4 if axisymmetric, 6 x 6 for "3d"."""
+        """Return the elasticity matrix, (3, 3) in the plane, (4, 4) if axisymmetric, (6, 6) for "3d".
+
+        Other kinematics, and those that a (3, 3) material does not serve, raise ValueError.
+        """
         check_kinematics(kinematics)
         if len(self.C) == 3:
             if kinematics in ("3d", "axisymmetric"):

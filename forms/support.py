@@ -52,13 +52,30 @@ class Support:
         y: Value | None = None,
         z: Value | None = None,
     ) -> Support:
-        """Prescribe components of the displacement on boundaries; components left out stay free."""
+        """Prescribe components of the displacement on boundaries; components left out stay free.
+
+        Parameters
+        ----------
+        name : of a boundary or node set, or of several
+        x, y, z : length, or a function of the time (or load parameter) that returns it
+
+        Raises
+        ------
+        ValueError
+            for names that are not there, z in the plane, values that are not finite, or nothing prescribed
+        """
         return self._prescribe(self.body.nodes(name), (x, y, z), f"on {name!r}")
 
     def fix_node(
         self, index: int, x: Value | None = None, y: Value | None = None, z: Value | None = None
     ) -> Support:
-        """Prescribe components of the displacement of one node."""
+        """Prescribe components of the displacement of one node, by its index, as `fix` does.
+
+        Raises
+        ------
+        ValueError
+            for a node that is not there, and as `fix`
+        """
         if not 0 <= index < len(self.value) and not (index == -1 and self.body.shared is not None):
             raise ValueError(f"There is no node {index}; the body's nodes are 0 to {len(self.value) - 1}.")
         return self._prescribe(np.array([index])[: index + 1], (x, y, z), f"of node {index}")
@@ -73,6 +90,11 @@ class Support:
             number, or a function of the time (or load parameter): the angle in radians, anticlockwise. In
             space three of these, about the axes x, y and z. What `fix` then prescribes of the whole platen
             is the displacement of its centre, the mean of its nodes.
+
+        Raises
+        ------
+        ValueError
+            for nodes that another platen has, and tilts on many ranks
 
         Examples
         --------
@@ -134,7 +156,13 @@ class Support:
     def dashpot(
         self, where: int | str | Sequence[str], x: float = 0.0, y: float = 0.0, z: float = 0.0
     ) -> Support:
-        """Tie a node or boundaries to the ground by dashpots: force per velocity, >= 0, as for `spring`."""
+        """Tie a node or boundaries to the ground by dashpots.
+
+        Parameters
+        ----------
+        where : a node, or one or several names, as for `spring`
+        x, y, z : force per velocity, >= 0, or ValueError is raised
+        """
         self.dashpots += self._spread(where, (x, y, z), "damping of the dashpots")
         return self
 

@@ -28,6 +28,11 @@ def half_cylinder_gmsh(
     contact_half_width : default 0.1 radius
     cell : "quadrilateral" or "triangle"
 
+    Raises
+    ------
+    ValueError
+        for sizes that are not positive, or another cell
+
     Examples
     --------
     >>> from geometry import half_cylinder_gmsh

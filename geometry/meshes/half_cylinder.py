@@ -54,6 +54,11 @@ def half_cylinder(
         With the boundaries "arc" and "top" (the flat face, y = radius), its own mirror image to the
         last bit.
 
+    Raises
+    ------
+    ValueError
+        for a radius that is not positive, another cell, an odd number of columns, or sizes that do not fit
+
     Examples
     --------
     >>> half_cylinder(radius=10.0).cells.shape

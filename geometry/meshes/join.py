@@ -66,7 +66,12 @@ def join(grids: Mapping[str, Grid]) -> Grid:
 
 
 def shifted(grid: Grid, by: Sequence[float]) -> Grid:
-    """Return the grid moved by a vector, with the shapes of its boundaries.
+    """Return the grid moved by a vector (dim,), with the shapes of its boundaries.
+
+    Raises
+    ------
+    ValueError
+        for a vector of another dimension, or not finite
 
     Examples
     --------

@@ -29,6 +29,11 @@ def ring(
     Grid
         Symmetric about the vertical to the last bit; when it is refined, new nodes lie on the circles.
 
+    Raises
+    ------
+    ValueError
+        for radii that make no ring, or fewer than 6 x 1 cells
+
     Examples
     --------
     >>> wheel = ring(outer=0.5, inner=0.3, around=60, across=5)

@@ -109,7 +109,7 @@ class MovingRoad:
         return _finite(f"displacement at time {time:g}", self.path(time))
 
     def rotation(self, time: float) -> np.ndarray:
-        """Return the rotation matrix (dim, dim) at `time`."""
+        """Return the rotation matrix (dim, dim) at `time`; a turn that is not finite raises ValueError."""
         dim = len(self.centre)
         angle = 0.0 if self.turn is None else float(self.turn(time))
         if not np.isfinite(angle):

@@ -168,6 +168,11 @@ def friction_law(function: Any, coefficient: Any = 0.0, *parameters: Any) -> Fri
     -------
     FrictionLaw
 
+    Raises
+    ------
+    ValueError
+        If there are more or fewer parameters than the function has after its coefficient.
+
     Examples
     --------
     >>> from model import friction_law

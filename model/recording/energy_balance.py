@@ -181,8 +181,9 @@ class GrowthWatch:
 
     def _words(self, added: float, unexplained: float, at_work: float, time: float) -> str:
         integrator = self.integrator
+        done, of = ("added", "to") if added > 0.0 else ("lost", "of")
         words = (
-            f"{integrator.name} with dt = {integrator.dt:.3g} has added {added:.3g} to an energy of "
+            f"{integrator.name} with dt = {integrator.dt:.3g} has {done} {abs(added):.3g} {of} an energy of "
             f"{at_work:.3g} by time {time:.4g} ({100.0 * added / at_work:.2g} %)"
         )
         if unexplained > UNEXPLAINED * at_work:
