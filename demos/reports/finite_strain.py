@@ -16,9 +16,21 @@ import warnings
 from time import process_time
 
 import numpy as np
+from harness.driven_wheel import creepage
 from harness.scene import Scene
+from harness.thrown_ball import RADIUS, thrown
 from harness.tyres import side_force
-from harness.wheels import GRAVITY, inertia, mean_radius, sagged, speed_of, treadmill, turn, wheel
+from harness.wheels import (
+    GRAVITY,
+    inertia,
+    mean_radius,
+    note_rolling,
+    sagged,
+    speed_of,
+    treadmill,
+    turn,
+    wheel,
+)
 
 from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, Support
 from geometry import Body, Grid, MovingRoad, Plane, SeveralRoads, rectangle, ring
@@ -53,7 +65,7 @@ def run(scheme, state, steps, look=None):
         if look is not None:
             look(before, state, X)
         if not before.count and not state.count:
-            spins.append((spin(scheme, state) - spin(scheme, before)) / (1e-3 + abs(spin(scheme, before))))
+            spins.append(spin_change(scheme, before, state))
     gains.append(history["gain"].max() / history["kinetic"].max())
     return history
 
@@ -65,6 +77,14 @@ def spin(scheme, state):
     mass = (scheme.M @ np.tile([1.0, 0.0], len(x))).reshape(x.shape)[:, 0]
     arm = x - mass @ x / mass.sum()
     return float(arm[:, 0] @ p[:, 1] - arm[:, 1] @ p[:, 0])
+
+
+def spin_change(scheme, before, state):
+    """Change of the angular momentum in a step, over itself, but at least a hundredth of m R v."""
+    mass, _ = inertia(scheme)
+    was = spin(scheme, before)
+    least = 0.01 * mass * 0.5 * abs(speed_of(scheme, before, mass))
+    return (spin(scheme, state) - was) / max(abs(was), least)
 
 
 # %% [markdown]
@@ -177,29 +197,50 @@ scene.figure(
 )
 
 # %% [markdown]
-# ## Down a plane of 10 degrees, and the speed at which the paper's ring ends
+# ## Down a plane of 10 degrees
+#
+# Below mu = tan(theta) / (1 + m R^2 / I) the ring slides: the speed at which its lowest point slips grows linearly, at a rate that is
+# linear in mu. The line through the rates at two coefficients is 0 at the threshold.
 
 # %%
 slope = np.radians(10.0)
 pull = (GRAVITY * np.sin(slope), -GRAVITY * np.cos(slope))
 meshes = ((96, 0.002),) if scene.quick else ((192, 0.002), (384, 0.001))
 for around, dt in meshes:
-    for mu in (0.5, 0.05):
+    slips = {}
+    for mu in (0.5, 0.05, 0.06, 0.08) if around == meshes[0][0] else (0.5, 0.05):
         scheme = EnergyMomentum(wheel(1e5, mu, (around, 6), weight=pull), dt)
         mass, k = inertia(scheme)
-        times, speeds = [], []
+        times, speeds, lowest = [], [], []
 
         def look(before, state, X):
             times.append(state.time)
             speeds.append(speed_of(scheme, state, mass))
+            lowest.append(speeds[-1] + spin(scheme, state) / (k * mass * 0.5))
 
         run(scheme, scheme.start(sagged(scheme.body, -pull[1])), round(0.4 / dt), look)
         times, speeds = np.array(times), np.array(speeds)
         found = np.polyfit(times[times > 0.1], speeds[times > 0.1], 1)[0]
+        slips[mu] = np.polyfit(times[times > 0.1], np.array(lowest)[times > 0.1], 1)[0]
         rolls = mu > np.tan(slope) / (1 + 1 / k)
         wanted = pull[0] / (1 + k) if rolls else pull[0] + mu * pull[1]
         how = "g sin / (1 + I / (m R^2))" if rolls else "g (sin - mu cos)"
         scene.result(f"incline_acceleration[mu={mu:g}, {around} cells]", found, "m/s^2", wanted, how)
+        if rolls and mu == 0.5 and around == meshes[-1][0]:
+            scene.result("incline_acceleration", found, "m/s^2", wanted, how)
+    if 0.06 in slips:
+        threshold = 0.06 + 0.01 * slips[0.06] / (slips[0.05] - slips[0.06])
+        wanted, how = np.tan(slope) / (1 + 1 / k), "tan(theta) / (1 + m R^2 / I)"
+        scene.result("incline_threshold", threshold, "mu", wanted, how)
+        slip, how = slips[0.08] / (GRAVITY * np.sin(slope)), "it rolls"
+        scene.result("slip_above_threshold[mu=0.08]", slip, "of g sin", 0.0, how)
+
+# %% [markdown]
+# ## From sliding to rolling
+
+# %%
+if not scene.quick:
+    note_rolling(scene, EnergyMomentum(wheel(1e5, 0.1, (192, 6)), 0.001), mu=0.1, v0=2.0, end=0.85)
 
 # %% [markdown]
 # ## The speed at which the paper's ring ends, thrown at 10 m/s without spin
@@ -226,6 +267,7 @@ CASES = [
     (1e3, 0.1, 0.005),
     (1e4, 0.1, 0.0025),
     (1e5, 0.1, 0.001),
+    (1e6, 0.1, 0.001),
     (1e3, 0.5, 0.005),
     (1e4, 0.5, 0.0025),
     (1e5, 0.5, 0.001),
@@ -259,14 +301,49 @@ for E, mu, dt in CASES[:1] if scene.quick else CASES:
     scene.result(f"given_way[{key}]", -added.sum() / first, "of m R v0", 0.0, "of a rigid ring")
     missed = (spun - mass * R * v - first - added.sum()) / first
     scene.result(f"moment_missed[{key}]", abs(missed), "of m R v0", 0.0, "no moment but these")
-    if (E, mu) == (1e5, 0.1):
+    if (E, mu) == (1e6, 0.1):
         scene.result(
             "final_speed[paper ring]",
             np.mean(speeds[-round(0.5 / dt) :]),
-            "m/s, E = 1e5, mu = 0.1",
+            "m/s, E = 1e6, mu = 0.1",
             10.0 / (1.0 + k),
             "v0 / (1 + I / (m R^2)), of a rigid ring",
         )
+
+# %% [markdown]
+# ## Under torque: Carter's creepage
+#
+# A neo-Hookean cylinder (R = 10 mm, E = 210 GPa) on a rigid hub, P, and Q = 0.75 mu P, mu = 0.5, rolls half a width of its contact
+# after the other, the creep of free rolling taken off. Carter's half planes have no coupling of pressure and shear (nu = 1/2), a/R
+# that is nothing, and neither mesh nor step. Each is brought nearer to that in turn. Small loads are as well computed with linear
+# strain, seen from the hub, at a twentieth of the time.
+
+
+# %%
+def note_creepage(P, nu, cells, steps, part=0.75, finite=True):
+    """Note the creepage, where it sticks, and what friction takes."""
+    found = creepage(P, nu, cells, steps, part, finite=finite, way=2.5 if scene.quick else 3.0)
+    hertz = found.closed.normal
+    key = f"Q={part:g} mu P, nu={nu:g}, a/R={hertz.a / hertz.R:.2g}, h=a/{cells}, steps of h/{steps}"
+    key += ", finite strain" if finite else ", linear strain"
+    scene.result(f"creepage[{key}]", found.creepage, "1", found.closed.creepage, "Carter")
+    scene.result(f"stick_share[{key}]", found.stick, "of the contact", found.closed.c / hertz.a, "Carter")
+    scene.result(f"friction_work[{key}]", found.work, "of Q xi R phi", 1.0, "all that is left of the work")
+    return found
+
+
+SMALL = 100.0  # N/mm, a hundredth of the paper's load
+found = note_creepage(SMALL, 0.49, *((6, 1) if scene.quick else (8, 4)))
+where = "Carter, (mu a / R) (1 - sqrt(1 - Q / (mu P)))"
+scene.result("creepage", found.creepage, "1, Q = 0.75 mu P, nu = 0.49", found.closed.creepage, where)
+if not scene.quick:
+    for cells, steps in ((4, 1), (8, 2), (8, 4), (16, 4)):  # mesh and step
+        note_creepage(SMALL, 0.49, cells, steps, finite=False)
+    for nu in (0.3, 0.45, 0.499):  # coupling
+        note_creepage(SMALL, nu, 16, 4, finite=False)
+    for part in (0.25, 0.5):
+        note_creepage(SMALL, 0.49, 16, 4, part, finite=False)
+    note_creepage(25.0 * SMALL, 0.49, 8, 4)  # a/R
 
 # %% [markdown]
 # ## A ring between road and platen
@@ -376,6 +453,29 @@ for degrees in (2.0, 8.0) if scene.quick else (1.0, 2.0, 4.0, 6.0, 8.0, 12.0):
     last = len(rolled.way) // 4
     share = np.mean(rolled.side[-last:]) / np.mean(rolled.load[-last:]) / 0.5
     scene.result(f"side_force[slip angle {degrees:g} degrees]", share, "of mu F", 1.0, "at most")
+
+# %% [markdown]
+# ## In space: a rubber ball thrown along the road, and spinning on it
+#
+# E = 10 kPa, density 1, 0.5 m, thrown at 2 m/s, mu = 0.3. Angular momentum about the road's line under the centre is kept by a rigid ball: it ends at
+# $(v_0 + k R \omega_0) / (1 + k)$, $k = I / (m R^2)$, 5/7 of its speed without spin if it is round. This one has facets. A spin about
+# the vertical is kept without friction, whatever the bounces.
+
+# %%
+BALLS = ((6, 0.0),) if scene.quick else ((6, 0.0), (8, 0.0), (6, -2.0), (8, -2.0))
+for cells, spinning in BALLS:
+    ride = thrown((2.0, 0.0, 0.0), (0.0, spinning, 0.0), 0.5, cells=cells)
+    k, last = 1.0 / ride.rolling - 1.0, len(ride.time) // 4
+    key = f"thrown at 2 m/s, {spinning:g} rad/s, {cells} cells across"
+    wanted, how = (2.0 + k * RADIUS * spinning) / (1.0 + k), "(v0 + k R omega0) / (1 + k), a rigid ball"
+    scene.result(f"ball_speed[{key}]", ride.velocity[-last:, 0].mean(), "m/s", wanted, how)
+    scene.result(f"ball_off_its_line[{key}]", np.abs(ride.velocity[:, 1]).max(), "m/s", 0.0, "symmetry")
+    lost = (ride.history["total"][0] - ride.history["total"][-1]) / ride.history["kinetic"][0]
+    scene.result(f"ball_energy_lost[{key}]", lost, "of the energy, beside friction", 0.0)
+    gains.append(ride.history["gain"].max() / ride.history["kinetic"].max())
+ride = thrown((1.0, 0.0, -1.0), (0.0, 0.0, 5.0), 0.3, mu=None, height=0.05)
+changed = np.abs(ride.spin / 5.0 - [0.0, 0.0, 1.0])[:, 2].max()
+scene.result("ball_spin_change[vertical, no friction]", changed, "of 5 rad/s", 0.0, "no moment about it")
 
 # %% [markdown]
 # ## What a step costs beside a linear one, and what all runs have in common
