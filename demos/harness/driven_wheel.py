@@ -104,7 +104,10 @@ def rolled(
         else Elasticity(body, Isotropic(E, nu), mean_dilatation=True)
     )
     times = np.concatenate(
-        [np.arange(1, PRESSING + 1) / PRESSING, 1.0 + np.arange(1, round(way * cells * steps) + 1) / (cells * steps)]
+        [
+            np.arange(1, PRESSING + 1) / PRESSING,
+            1.0 + np.arange(1, round(way * cells * steps) + 1) / (cells * steps),
+        ]
     )
     unit = [elastic.total_force("hub", axis) for axis in np.eye(2)]
 
@@ -125,7 +128,9 @@ def rolled(
     system = elastic.system(load, Support(body).platen("hub"))
     contact = BodyOnRoad(system, "tread", road, friction=mu, reach=(reach + a) ** 2 / R)
     path = (
-        FiniteContact(contact).follow(times, times[0]) if finite else follow(contact, times, correction="direct")
+        FiniteContact(contact).follow(times, times[0])
+        if finite
+        else follow(contact, times, correction="direct")
     )
     hub, nodes = body.nodes("hub")[0], contact.problem.contact_nodes
     centre, work, stick, before = [], [], [], None

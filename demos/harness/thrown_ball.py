@@ -1,12 +1,12 @@
 """A rubber ball thrown along a road in space: where its speed and its spin end."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from forms import Hyperelasticity, NeoHookean
 from geometry import Body, Grid, Plane, box
-from model import FiniteBody, History, LosslessContact, march
+from model import EnergyMomentum, FiniteBody, History, LosslessContact, march
 
 RADIUS, GRAVITY = 0.5, 9.81  # m, m/s^2
 
@@ -50,21 +50,20 @@ def thrown(
     cells: int = 6,
     dt: float = 0.005,
     height: float = 0.0,
-    road: Any = None,
+    method: type[EnergyMomentum] = LosslessContact,
 ) -> Thrown:
     """Throw a ball of density 1 at a velocity (m/s) and a spin (rad/s)."""
     body = Body.from_grid(ball(cells, height))
     elastic = Hyperelasticity(body, NeoHookean(E, 0.3))
-    road = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)) if road is None else road
-    weight = elastic.body_force((0.0, 0.0, -GRAVITY))
-    scheme = LosslessContact(FiniteBody.from_forms(elastic, 1.0, weight, road, "surface", friction=mu), dt)
+    road, weight = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), elastic.body_force((0.0, 0.0, -GRAVITY))
+    scheme = method(FiniteBody.from_forms(elastic, 1.0, weight, road, "surface", friction=mu), dt)
     X = body.coordinates
     mass = (scheme.M @ np.tile([1.0, 0.0, 0.0], len(X))).reshape(X.shape)[:, 0]
     arm = X - mass @ X / mass.sum()
     inertia = float(arm.ravel() @ (scheme.M @ arm.ravel())) * 2.0 / 3.0
-    state = scheme.start(velocity=np.array(velocity) + np.cross(spin, arm))
-    history, found = History(scheme, state), []
-    for state in march(scheme, state, round(seconds / dt), history, progress=False):
+    begin = scheme.start(velocity=np.array(velocity) + np.cross(spin, arm))
+    history, found = History(scheme, begin), []
+    for state in march(scheme, begin, round(seconds / dt), history, progress=False):
         x, p = X + state.displacement, (scheme.M @ state.velocity.ravel()).reshape(X.shape)
         about = np.cross(x - mass @ x / mass.sum(), p).sum(axis=0)
         found.append((state.time, p.sum(axis=0) / mass.sum(), about / inertia))
