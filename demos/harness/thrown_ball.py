@@ -1,5 +1,6 @@
 """A rubber ball thrown along a road in space: where its speed and its spin end."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +51,7 @@ def thrown(
     cells: int = 6,
     dt: float = 0.005,
     height: float = 0.0,
-    method: type[EnergyMomentum] = LosslessContact,
+    method: Callable[..., EnergyMomentum] = LosslessContact,
 ) -> Thrown:
     """Throw a ball of density 1 at a velocity (m/s) and a spin (rad/s)."""
     body = Body.from_grid(ball(cells, height))

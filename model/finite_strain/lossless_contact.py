@@ -9,9 +9,9 @@ where a node touches down; a stress a (C1 - C0), with one small number a for the
     a fhat . du (other nodes) = W1 - W0 - f . du (other nodes) - friction . slip.
 
 It has neither sum nor moment. What is left of the energy's change is what friction takes, mu p1 |slip|; on a
-road that bends too, for the normal forces have no part in it. The price: contact is exact at the ends of steps,
-but the mean force of a step on the massless nodes is along the normal, or in friction's cone, to the order of
-the step only, and so is the momentum along a road without friction.
+road that bends too, for the normal forces have no part in it. The price: contact is exact at the ends of
+steps, but the mean force of a step on the massless nodes is along the normal, or in friction's cone, to the
+order of the step only, and so is the momentum along a road without friction.
 
 Source: the reduced energy after Khenous, Laborde and Renard, Eur. J. Mech. A/Solids 27 (2008) 918; a stress
 along C1 - C0 after O. Gonzalez, Comput. Methods Appl. Mech. Engrg. 190 (2000) 1763; that contact can be made
