@@ -7,7 +7,7 @@ import numpy as np
 
 from forms import Hyperelasticity, NeoHookean
 from geometry import Body, Grid, Plane, box
-from model import EnergyMomentum, FiniteBody, History, LosslessContact, march
+from model import EnergyMomentum, FiniteBody, History, LosslessContact, integrate
 
 RADIUS, GRAVITY = 0.5, 9.81  # m, m/s^2
 
@@ -64,7 +64,7 @@ def thrown(
     inertia = float(arm.ravel() @ (scheme.M @ arm.ravel())) * 2.0 / 3.0
     begin = scheme.start(velocity=np.array(velocity) + np.cross(spin, arm))
     history, found = History(scheme, begin), []
-    for state in march(scheme, begin, round(seconds / dt), history, progress=False):
+    for state in integrate(scheme, begin, round(seconds / dt), history, progress=False):
         x, p = X + state.displacement, (scheme.M @ state.velocity.ravel()).reshape(X.shape)
         about = np.cross(x - mass @ x / mass.sum(), p).sum(axis=0)
         found.append((state.time, p.sum(axis=0) / mass.sum(), about / inertia))
