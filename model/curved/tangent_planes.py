@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from model.curved.anderson_acceleration import Anderson
+from model.node_loop.contact_sweep import frames
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 
@@ -34,6 +35,8 @@ from model.one_rank import ONE_RANK
 # takes 19 iterations, 18 with 0.5, 25 with 0.01.
 SMOOTH = 0.1
 FAR = 1e6  # times what counts as on the road: rounding then turns a secant by 1e-6 at most
+SHORT, LONG = 1e-7, 1e-3  # of the size: how far the road is looked at to see it bend
+STIFF = 1e4  # times its own stiffness: what a corner that holds a node resists
 
 
 class RoadPlanes:
@@ -88,12 +91,55 @@ class RoadPlanes:
         self.distances: list[float] = []
         self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH, ranks)
         self._lean = np.zeros(at.shape)  # of the planes off the road's own normals
+        self.springs = np.zeros((*at.shape, at.shape[1]))
+
+    def bend(self, pressure: np.ndarray, size: float) -> None:
+        """Find how the road resists pressures (n,) as it turns them with a node: C = - p grad n, in hollows.
+
+        The road is looked at from below by what the force would move the node. In a corner, where it bends
+        without limit, C is some times what the node itself resists. On a hill it would be negative, and is
+        left out.
+
+        Parameters
+        ----------
+        pressure : (n,)
+        size : float
+            Of the body.
+        """
+        d = self.normal.shape[1]
+        self.springs[:] = 0.0
+        pressed = np.flatnonzero(pressure)
+        if not pressed.size:
+            return
+        p, normal = pressure[pressed], self.normal[pressed]
+        depth = np.maximum(self.softness[pressed] * p, SHORT * size)
+        tangent = frames(normal)[:, 1:]
+        below = self.foot[pressed] - depth[:, None] * normal
+        h = np.clip(0.1 * depth, SHORT * size, LONG * size)
+        turn = np.empty((pressed.size, d - 1, d - 1))
+        for k in range(d - 1):
+            ahead, behind = (
+                self.road.closest(below + side * h[:, None] * tangent[:, k])[1] for side in (1.0, -1.0)
+            )
+            turn[:, :, k] = np.einsum("cka,ca->ck", tangent, behind - ahead) / (2 * h[:, None])
+        sizes, axes = np.linalg.eigh(0.5 * (turn + turn.swapaxes(1, 2)))
+        seen = np.maximum(sizes, 0.0) * depth[:, None]
+        stiff = np.minimum(seen / np.maximum(1.0 - seen, 1e-300), STIFF) * (p / depth)[:, None]
+        along = np.einsum("cik,cia->cka", axes, tangent)
+        self.springs[pressed] = np.einsum("cka,ck,ckb->cab", along, stiff, along)
 
     def gaps(self, points: np.ndarray) -> np.ndarray:
         """Distances (n,) of points (n, d) to the planes."""
         return np.einsum("ca,ca->c", self.normal, points - self.foot)
 
-    def follow(self, at: np.ndarray, status: np.ndarray, pressure: np.ndarray, steady: float) -> bool:
+    def follow(
+        self,
+        at: np.ndarray,
+        status: np.ndarray,
+        pressure: np.ndarray,
+        steady: float,
+        turned_force: np.ndarray | None = None,
+    ) -> bool:
         """Lay the planes where the nodes are now.
 
         Parameters
@@ -104,6 +150,9 @@ class RoadPlanes:
             What the nodes do, and their pressure forces.
         steady : float
             Turn of a normal that does not matter.
+        turned_force : (n, d), optional
+            Where the problem had `springs`: pressures together with what these pull, which is how the road
+            turns them.
 
         Returns
         -------
@@ -111,14 +160,15 @@ class RoadPlanes:
             True, and the planes stay, if the nodes were on the road and the normals steady.
         """
         in_contact = np.flatnonzero(status != Status.FREE)
-        self.gap, normal, foot = self._look(at, status, self.softness * pressure)
+        self.gap, normal, foot = self._look(at, status, self.softness * pressure, turned_force)
         if self.since is not None:
             self._lean[in_contact] = (
                 _working(in_contact, *self.since, normal, foot, self.near) - normal[in_contact]
             )
             normal[in_contact] += self._lean[in_contact]
         before, self._turn = self._turn, normal - self.normal
-        self.softness *= _rescaled(before, self._turn)
+        if turned_force is None:
+            self.softness *= _rescaled(before, self._turn)
         above = np.delete(self.gap, in_contact)
         off = max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0))
         self.distances.append(self.ranks.max(off))
@@ -131,12 +181,13 @@ class RoadPlanes:
             self._anderson.forget()
         self._status = status.copy()
         places = np.stack([normal[in_contact], foot[in_contact]])
-        normal[in_contact], foot[in_contact] = self._anderson.combine(self._turn[in_contact], places)
+        if turned_force is None:
+            normal[in_contact], foot[in_contact] = self._anderson.combine(self._turn[in_contact], places)
         self.normal, self.foot = normal / np.linalg.norm(normal, axis=1, keepdims=True), foot
         return False
 
     def _look(
-        self, at: np.ndarray, status: np.ndarray, depth: np.ndarray
+        self, at: np.ndarray, status: np.ndarray, depth: np.ndarray, turned_force: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), and normal and nearest point (n, d) of the road.
 
@@ -146,6 +197,12 @@ class RoadPlanes:
         n, sticks, in_contact = len(at), status == Status.STICK, np.flatnonzero(status != Status.FREE)
         seen = np.where(sticks[:, None], self.anchor, at)[in_contact]
         last = (self.normal - self._lean)[in_contact]
+        if turned_force is not None:
+            p = np.linalg.norm(turned_force[in_contact], axis=1)
+            last = np.where(
+                p[:, None] > 0.0, turned_force[in_contact] / np.where(p > 0.0, p, 1.0)[:, None], last
+            )
+            seen = np.where(sticks[in_contact, None], seen, self.road.closest(seen)[2])
         both = self.road.closest(np.concatenate([at, seen - depth[in_contact, None] * last]))
         gap, normal, foot = (values[:n] for values in both)
         below, foot_below = both[1][n:], both[2][n:]

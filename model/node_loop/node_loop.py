@@ -10,7 +10,13 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from model.node_loop.blocks import BlockMatrix, diagonal_blocks, generalised_inverses, node_order
+from model.node_loop.blocks import (
+    BlockMatrix,
+    diagonal_blocks,
+    diagonal_positions,
+    generalised_inverses,
+    node_order,
+)
 from model.node_loop.contact_sweep import Candidates, contact_sweeps, frames, place_all_on_surface
 from model.node_loop.friction_laws import FrictionLaw
 from model.node_loop.natural_residual import natural_residual
@@ -37,6 +43,8 @@ class NodeLoop:
     ----------
     sweeps : int
         Sweeps done so far.
+    springs : (n, d, d) or None
+        Stiffness of springs that hold the candidates for the time being; A has it too.
     R, force : (N, d), (n, d)
         What is missing from equilibrium, and the admissible contact forces, at the last call of `residual`.
     """
@@ -61,6 +69,8 @@ class NodeLoop:
         number = np.full(N, -1, dtype=np.int32)
         number[self.nodes] = np.arange(self.nodes.size)
         self.number = number
+        self.springs: np.ndarray | None = None
+        self.b = np.zeros((N, d))
         self.update_normals(normal)
         self._sweeps = contact_sweeps(d, friction is not None)
         self._residual = natural_residual(d, friction is not None)
@@ -90,6 +100,31 @@ class NodeLoop:
         # who is prescribed in part and free obliquely to the road, by more than rounding; who along a line
         self.oblique = self.given.any(axis=1) & ~self.cannot_move & (self.part < 1.0 - 1e-12)
         self.guided = self.oblique & (self.given.sum(axis=1) == self.shape[1] - 1)
+
+    def put_springs(self, springs: np.ndarray | None) -> None:
+        """Hold candidates by springs (n, d, d), or take them away; A and what is made from it follow.
+
+        Unknowns that are prescribed get none.
+        """
+        if springs is not None:
+            free = ~self.uncoupled[self.nodes]
+            springs = np.where(free[:, :, None] & free[:, None, :], springs, 0.0)
+        elif self.springs is None:
+            return
+        if self.springs is None:
+            self._bare = self.diagonal[self.nodes]
+        self.springs = springs
+        blocks = self._bare if springs is None else self._bare + springs
+        self.A.data[diagonal_positions(self.A)[self.nodes]] = blocks
+        self.diagonal[self.nodes] = blocks
+        generalised_inverses(self.diagonal, self.nodes, self.inverse)
+        self.block = np.einsum("cab,cbe,cfe->caf", self.frame, blocks, self.frame)
+
+    def pull(self, ends: np.ndarray) -> None:
+        """Let the springs pull the candidates to displacements `ends` (n, d); the load's size stays."""
+        assert self.springs is not None
+        self.b = self.b.copy()
+        self.b[self.nodes] += np.einsum("cab,cb->ca", self.springs, ends)
 
     def rub_guided(self, force: np.ndarray, pressure: np.ndarray, slip: np.ndarray) -> None:
         """Add to forces (n, d) and pressure (n,), in place, the friction of nodes guided along a line.

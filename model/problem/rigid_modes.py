@@ -163,7 +163,7 @@ class RigidModes:
             motion = self.modes @ left
             force = motion @ b.ravel() / np.linalg.norm(motion.reshape(b.shape), axis=1).max()
             raise ValueError(
-                f"The load drives the body into {self._in_words(left)} that neither supports nor the "
+                f"The load drives the body into {self.in_words(left)} that neither supports nor the "
                 f"road can stop, with a force of {force:.3g}; load it towards the road or fix it."
             )
 
@@ -218,12 +218,29 @@ class RigidModes:
             speed = rise @ left
             falls = speed < -SEEN * np.abs(speed).max(initial=0.0)
             if not falls.any():
-                away = self._in_words(left) if left.any() else ""
+                away = self.in_words(left) if left.any() else ""
                 return (self.modes @ amplitudes).reshape(b.shape), away
             time = float(np.min(np.maximum(gap[falls], 0.0) / -speed[falls]))
             amplitudes += time * left
             gap = gap + time * speed
         return (self.modes @ amplitudes).reshape(b.shape), ""
+
+    def driven(self, b: np.ndarray, normal: np.ndarray, mu: Any, near: np.ndarray) -> np.ndarray:
+        """The motion (m,) into which a load (N, d) of size 1 drives the body that the nodes `near` (n,) hold.
+
+        Zero where they balance the load.
+        """
+        work = self._work(normal, mu)
+        return self._unbalanced(b, work[np.tile(near, len(work) // near.size)], BALANCE)[0]
+
+    def holding(self, b: np.ndarray, normal: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """Pressures (n,) of the nodes `near` (n,) that balance a load (N, d) best."""
+        pressure, load = np.zeros(near.size), self.modes.T @ b.ravel()
+        size = np.linalg.norm(load)
+        if near.any() and size > 0.0:
+            work = self._work(normal, 0.0)[near]
+            pressure[near] = size * nnls(work.T, -load / size, maxiter=100 * len(work))[0]
+        return pressure
 
     def loose(self, frame: np.ndarray, status: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Amplitudes (m, z) of the modes that leave in place all nodes that press on the road.
@@ -270,7 +287,7 @@ class RigidModes:
         edges = _cone_edges(normal, mu)
         return np.einsum("ecd,cdm->ecm", edges, self.at(self.nodes)).reshape(-1, self.count)
 
-    def _in_words(self, amplitudes: np.ndarray) -> str:
+    def in_words(self, amplitudes: np.ndarray) -> str:
         """Say what a rigid motion is, of the body that it moves most."""
         motion = (self.modes @ amplitudes).reshape(self.coordinates.shape)
         size = np.linalg.norm(motion, axis=1)

@@ -9,11 +9,16 @@ import numpy as np
 
 from model.curved.tangent_planes import RoadPlanes
 from model.node_loop.status import Status
+from model.quasistatics.approach import approach
+from model.quasistatics.descent import part_of_step
+from model.quasistatics.hold import Hold
 from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged, Record
 from model.tolerances import ON_ROAD, TOLERANCE
 
 ITERATIONS = 200  # ten times what the worst of twelve scenes on round and wavy roads takes
+IDLE = 5.0  # times the tolerance: what springs may still pull
+SHORT = 0.1  # steps of which only such a part is good are bounded
 
 
 class CurvedContact:
@@ -56,6 +61,7 @@ class CurvedContact:
         self.normal = solver.problem.normal
         self.foot = self.points - solver.problem.gap[:, None] * self.normal
         self.distances: list[float] = []
+        self.rigid = solver.rigid if isinstance(solver, ContactSolver) else None  # many ranks: held
 
     def solve(
         self,
@@ -95,37 +101,74 @@ class CurvedContact:
         ------
         NotConverged
             If an iteration does not converge, or the iterations come to no end.
+        ValueError
+            As `ContactSolver.solve`, or if the load carries the body off along the road.
         """
         solver, points, nodes = self.solver, self.points, self.solver.problem.contact_nodes
-        reference = (
-            solver.problem.tangential_reference if tangential_reference is None else tangential_reference
-        )
-        at = points if start is None else points + start[nodes]
-        sticking = None if solver.loop.friction is None else points + reference
-        near = ON_ROAD * self.size
-        planes = RoadPlanes(road, at, sticking, softness(solver.loop), near, ranks=solver.ranks)
+        problem, loop, size = solver.problem, solver.loop, self.size
+        reference = problem.tangential_reference if tangential_reference is None else tangential_reference
+        load = problem.b if options.get("b") is None else options["b"]
+        u = np.zeros(problem.coordinates.shape) if start is None else start.copy()
+        pressure = self._land(road, u, load, options.get("start_status"))
+        sticking = None if loop.friction is None else points + reference
+        near = ON_ROAD * size
+        planes = RoadPlanes(road, points + u[nodes], sticking, softness(loop), near, ranks=solver.ranks)
+        if pressure.any():
+            options["start_status"] = np.where(pressure > 0.0, Status.SLIP, Status.FREE)
+            planes.bend(pressure, size)
         options["places"] = planes.anchor if marks is None else marks(planes.anchor)
-        self.distances = planes.distances
+        options["start"], self.distances = u, planes.distances
+        force = solver.ranks.sum(float(np.abs(solver.ranks.own(load)).sum()))
+        hold = Hold(self.rigid, force / size, points.shape)
         iterations: list[Solution] = []
-        options["start"] = start
-        while len(iterations) < ITERATIONS:
-            solution = solver.solve(
-                normal=planes.normal,
-                gap=planes.gaps(points),
-                tangential_reference=planes.anchor - points,
-                tolerance=tolerance,
-                **options,
-            )
-            iterations.append(solution)
-            u, status = solution.displacement, solution.status
-            nothing_to_do = solution.history.size == 1
-            steady = np.inf if nothing_to_do else 10 * tolerance
-            if planes.follow(points + u[nodes], status, solution.pressure_force, steady):
-                self.normal, self.foot = planes.normal, planes.foot
-                return _all_iterations(iterations, planes.gap)
-            guess, in_contact = u.copy(), status != Status.FREE
-            guess[nodes[in_contact]] = (planes.foot - points)[in_contact]
-            options |= {"start": guess, "start_status": status}
+        try:
+            for _ in range(ITERATIONS):
+                springs = planes.springs + hold.springs()
+                bent = solver.ranks.any(bool(springs.any()))
+                try:
+                    solution = solver.solve(
+                        normal=planes.normal,
+                        gap=planes.gaps(points),
+                        tangential_reference=planes.anchor - points,
+                        tolerance=tolerance,
+                        springs=springs if bent else None,
+                        **options,
+                    )
+                except NotConverged:
+                    if not hold.tighten():
+                        raise
+                    continue
+                iterations.append(solution)
+                status, moved = solution.status, (solution.displacement - options["start"])[nodes]
+                turn = -np.einsum("cab,cb->ca", planes.springs, moved)
+                pull = -np.einsum("cab,cb->ca", springs, moved)
+                part = 1.0
+                if self.rigid is not None:
+                    part = part_of_step(loop, planes, points, u, solution, pull)
+                u = u + part * (solution.displacement - u)
+                nothing_to_do = solution.history.size == 1
+                settled = planes.follow(
+                    points + u[nodes],
+                    status,
+                    solution.pressure_force,
+                    np.inf if nothing_to_do else 10 * tolerance,
+                    solution.pressure_force[:, None] * planes.normal + turn,
+                )
+                idle = solver.ranks.max(float(np.linalg.norm(pull))) <= IDLE * tolerance * force
+                if settled and idle and part == 1.0:
+                    self.normal, self.foot = planes.normal, planes.foot
+                    return _all_iterations(iterations, planes.gap)
+                if part < SHORT:
+                    hold.tighten()
+                else:
+                    hold.loosen()
+                guess, touches = u.copy(), np.flatnonzero(status)
+                if not settled:
+                    guess[nodes[touches]] = (planes.foot - points)[touches]
+                planes.bend(solution.pressure_force, size)
+                options |= {"start": guess, "start_status": status}
+        finally:
+            loop.put_springs(None)
         raise NotConverged(
             f"No convergence on the curved road: after {ITERATIONS} iterations nodes "
             f"are {self.distances[-1]:.1e} "
@@ -140,6 +183,21 @@ class CurvedContact:
                 cycles=sum(s.cycles for s in iterations),
             ),
         )
+
+    def _land(self, road: Any, u: np.ndarray, load: np.ndarray, status: Any) -> np.ndarray:
+        """Bring a body that nothing holds, and that touches nothing yet, to the road; u (N, d) in place.
+
+        Return the pressures (n,) that hold it there, about; zero if it need not move.
+        """
+        solver, pressure = self.solver, np.zeros(len(self.points))
+        rigid, friction = self.rigid, solver.loop.friction
+        if rigid is None or rigid.count == 0 or (status is not None and np.any(status)):
+            return pressure
+        at = self.points + u[rigid.nodes]
+        mu = 0.0 if friction is None else solver.loop.told(pressure, at)[:, 1]
+        motion, found = approach(road, at, rigid, load, mu, self.size)
+        u += motion
+        return found if motion.any() else pressure
 
     def follow(
         self, road: Any, steps: Iterable[tuple[float, np.ndarray]], **options: Any

@@ -177,6 +177,7 @@ class SharedSolver:
         tolerance: float = 1e-10,
         limit: int = 1000,
         slip_rate: float = 1.0,
+        springs: np.ndarray | None = None,
     ) -> Solution:
         """Solve for one load; collective. Arguments and result as of `ContactSolver.solve`.
 
@@ -212,11 +213,16 @@ class SharedSolver:
             on = problem.normal if normal is None else normal
             height = gap + np.einsum("ca,ca->c", on, reference)
             places = problem.coordinates[loop.nodes] + reference - height[:, None] * on
+        if self.exchange.any(springs is not None or loop.springs is not None):
+            loop.put_springs(springs)
+            self.status[:] = -1
         state = loop.told(np.zeros(loop.nodes.size) if slipped is None else slipped, places)
         if normal is None:  # on a curved road others may hold the body in the end
             mu = np.zeros(loop.nodes.size) if loop.friction is None else state[:, 1]
             self.rigid.require_balance(b, mu, BALANCE)
         loop.set_load(b, gap, reference, state)
+        if springs is not None:
+            loop.pull(u[loop.nodes])
         status = loop.start(u, start_status)
         first = loop.sweeps
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
@@ -258,7 +264,8 @@ class SharedSolver:
     def solve_step(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Solve the problem that the loop holds, from an admissible u and status, in place; collective."""
         self.last[:] = status
-        if self.first_guess is not None and self.loop.residual(u, status) > record.tolerance:
+        sprung = self.loop.springs is not None  # coarser loops have no springs
+        if self.first_guess is not None and not sprung and self.loop.residual(u, status) > record.tolerance:
             self.first_guess.correct(self.loop, u, status)
         self._rounds(u, status, record)
 

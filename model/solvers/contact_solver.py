@@ -22,7 +22,7 @@ from model.solvers.diagnosis import likely_causes
 from model.solvers.iterative_refinement import gap_at, missing_at, rounding_floor
 from model.solvers.smoothed_aggregation import algebraic
 from model.solvers.static_condensation import Condensation
-from model.solvers.truncated_multigrid import geometric
+from model.solvers.truncated_multigrid import bsr, geometric
 
 # Unknowns beyond which another correction is quicker, set-up included. Processor time to a natural residual
 # of 1e-8, direct / multigrid / algebraic in ms: Hertz's half cylinder of 498 unknowns 5 / 5 / 7, of 1,890
@@ -234,6 +234,7 @@ class ContactSolver:
         limit: int = 100_000,
         slip_rate: float = 1.0,
         places: np.ndarray | None = None,
+        springs: np.ndarray | None = None,
     ) -> Solution:
         """Solve for one load.
 
@@ -259,6 +260,8 @@ class ContactSolver:
         places : (n, d), optional
             Points of the road at which nodes stick, for friction that depends on them; default those of the
             planes.
+        springs : (n, d, d), optional
+            Stiffness of springs that hold the candidates where they are at the start, for this solve.
 
         Returns
         -------
@@ -293,6 +296,8 @@ class ContactSolver:
         u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
         flat, normal = normal is None, problem.normal if normal is None else normal
         self.take_planes(normal)
+        loop.put_springs(springs)
+        held = u[loop.nodes]
         if places is None and loop.friction is not None and loop.friction.by_place:
             height = gap + np.einsum("ca,ca->c", normal, reference)
             places = problem.coordinates[loop.nodes] + reference - height[:, None] * normal
@@ -309,13 +314,16 @@ class ContactSolver:
         def put_load(base: np.ndarray, rest: np.ndarray) -> None:
             at = base[loop.nodes]
             loop.set_load(rest, gap_at(gap, loop.normal, at), reference - at, state)
+            if loop.springs is not None:
+                loop.pull(held - (base - bent)[loop.nodes])
 
         self._away = ""
+        bent = np.zeros_like(u)
         base = self.rigid.part_of(u)  # carried apart: A does not resist it, but would round it
         u -= base
         put_load(base, load)
         status = loop.start(u, start_status)
-        if self.rigid.count and not status.any():
+        if self.rigid.count and not status.any() and springs is None:
             landed, self._away = self.rigid.landing(
                 load, loop.frame[:, 0], loop.coefficient, loop.gaps(u, status)
             )
@@ -324,13 +332,13 @@ class ContactSolver:
             status = loop.start(u, status)
         record = self._record(u, status, first, tolerance, limit)
         self.correction.solve(u, status, record)
-        bent, load_size, least = np.zeros_like(u), loop.load_size, np.inf
+        load_size, least = loop.load_size, np.inf
         while record.rounded:
             if record.best > 0.5 * least:
                 record.give_up("the displacement in two parts is no truer than in one")
             least = record.best
             bent, base, before = bent + (u - self.rigid.part_of(u)), base + u, record.history
-            put_load(base, missing_at(problem.A, load, bent))
+            put_load(base, missing_at(problem.A if springs is None else bsr(loop.A), load, bent))
             loop.load_size = load_size
             u[:] = 0.0
             status[:] = loop.start(u, status)

@@ -35,7 +35,7 @@ from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.natural_residual import natural_residual
 from model.solvers.iterative_refinement import ROUNDING
 from model.solvers.pivoting import contact_by_pivoting
-from model.solvers.projected_newton import free_modes, project_newton
+from model.solvers.projected_newton import free_modes, null_space, project_newton
 
 CHAIN = 12  # Newton steps that may pass before the residual must have fallen
 ENOUGH = 0.1  # of the residual: a Newton step that leaves no more needs no sweep to mend it
@@ -66,6 +66,8 @@ class SmallProblem:
         Displacements when the pins move by a unit.
     resistance : (p, p)
         What the pins resist by themselves.
+    springs : (k, d, d) or None
+        Springs that hold the nodes, in their frames. W and G are then along all d components.
     sides : int
         s.
     friction : FrictionLaw or None
@@ -79,18 +81,36 @@ class SmallProblem:
         W: np.ndarray,
         G: np.ndarray,
         resistance: np.ndarray,
+        springs: np.ndarray | None,
         sides: int,
         friction: FrictionLaw | None,
         steps: np.ndarray,
     ):
-        k = W.shape[0] // sides
         S, Y, Z = bordered_inverse(W, G, resistance)
-        free = G[:, np.abs(resistance).sum(axis=0) == 0.0]
+        free = np.eye(G.shape[1])[:, np.abs(resistance).sum(axis=0) == 0.0]
+        total, T, R, k = S, np.zeros((0, 0)), np.zeros((0, 0)), W.shape[0] // sides
+        if springs is not None:
+            d = springs.shape[1]
+            k, C = len(springs), block_diagonal(springs)
+            if free.size:
+                free = free @ null_space(C @ G @ free, np.abs(C).max() * np.abs(G).max())
+            G, total = G.reshape(k, d, -1)[:, :sides].reshape(k * sides, -1), symmetric(S) + C
+            if sides < d:
+                along = np.arange(k * d) % d > 0
+                T = np.ascontiguousarray(
+                    np.linalg.pinv(total[np.ix_(along, along)], rcond=1e-13, hermitian=True)
+                )
+                across = total[np.ix_(~along, along)]
+                R = across @ T
+                total = total[np.ix_(~along, ~along)] - R @ across.T
         self.arrays = Condensed(
-            S,
+            np.ascontiguousarray(total),
+            np.ascontiguousarray(S),
             Y,
             Z,
-            free,
+            T,
+            R,
+            G @ free,
             BlockMatrix(
                 np.arange(0, k * k + 1, k, dtype=np.uint64),
                 np.tile(np.arange(k, dtype=np.uint32), k),
@@ -121,7 +141,7 @@ class SmallProblem:
         slip_rate: float,
         tolerance: float,
         slight: float,
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Find the forces that the nodes miss, all others in equilibrium.
 
         Parameters
@@ -154,8 +174,11 @@ class SmallProblem:
             Forces of the road that are missing.
         pins : (p,)
             Displacements of the pins.
+        move : (k, s) or (k, d)
+            Displacements of the nodes from u, in their frames; with springs along all d components.
         """
         force, pins = np.empty((active.size, u.shape[1])), np.empty(power.size)
+        moved = np.empty((active.size, self.arrays.whole.shape[0] // active.size))
         solve_active(
             self.arrays,
             whole,
@@ -169,13 +192,27 @@ class SmallProblem:
             status,
             force,
             pins,
+            moved,
             self._bound,
             held_bound.address,
             slip_rate,
             tolerance,
             slight,
         )
-        return force, pins
+        return force, pins, moved
+
+
+def block_diagonal(blocks: np.ndarray) -> np.ndarray:
+    """The matrix (k d, k d) of blocks (k, d, d) on its diagonal."""
+    k, d = blocks.shape[:2]
+    full = np.zeros((k, d, k, d))
+    full[np.arange(k), :, np.arange(k)] = blocks
+    return full.reshape(k * d, k * d)
+
+
+def symmetric(S: np.ndarray) -> np.ndarray:
+    """S with its lower triangle on both sides."""
+    return np.tril(S) + np.tril(S, -1).T
 
 
 def bordered_inverse(
@@ -197,8 +234,10 @@ class Condensed(NamedTuple):
 
     Attributes
     ----------
-    S : (k s, k s) stiffness
-    Y, Z : (k s, p), (p, p) what moves the pins
+    S : (k s, k s) stiffness, with springs
+    whole : (k e, k e) stiffness along e = s components, or with springs along all d
+    Y, Z : (k e, p), (p, p) what moves the pins
+    T, R : where e > s, what the other components do by themselves, and pass on
     G : (k s, m) rigid modes, S G = 0
     blocks : BlockMatrix, S once more
     nodes, number, order : (k,) 0, 1, 2, ...
@@ -208,8 +247,11 @@ class Condensed(NamedTuple):
     """
 
     S: np.ndarray
+    whole: np.ndarray
     Y: np.ndarray
     Z: np.ndarray
+    T: np.ndarray
+    R: np.ndarray
     G: np.ndarray
     blocks: BlockMatrix
     nodes: np.ndarray
@@ -224,11 +266,12 @@ class Condensed(NamedTuple):
 @njit(cache=True, error_model="numpy")
 def prepare(arrays):
     """Fill in the stiffness from its lower triangle, and the rest."""
-    S = arrays.S
     k, s = arrays.block.shape[:2]
-    for i in range(k * s):
-        for j in range(i):
-            S[j, i] = S[i, j]
+    for S in (arrays.S, arrays.whole):
+        for i in range(S.shape[0]):
+            for j in range(i):
+                S[j, i] = S[i, j]
+    S = arrays.S
     for c in range(k):
         for e in range(k):
             for a in range(s):
@@ -255,37 +298,48 @@ def solve_active(
     status,
     force,
     pins,
+    moved,
     bound,
     held,
     slip_rate,
     tolerance,
     slight,
 ):
-    """Fill `force` (k, d), `pins` and the status (n,) of the active candidates, in global components."""
+    """Fill `force` (k, d; global), `pins`, `moved` (k, e) and the status (n,) of the active candidates."""
     k, s = arrays.block.shape[:2]
     d = force.shape[1]
-    target, b, move, local = np.empty(k * s), np.zeros((k, s)), np.zeros((k, s)), np.zeros((k, s))
+    e = moved.shape[1]
+    target, load, local = np.empty(k * e), np.zeros(k * e), np.zeros((k, s))
+    b, move = np.zeros((k, s)), np.zeros((k, s))
     gaps, state, found = np.empty(k), np.empty((k, whole.state.shape[1])), np.empty((k, s))
     reference, decided = np.empty((k, s - 1)), np.empty(k, dtype=status.dtype)
     for j in range(k):
         c = active[j]
         i = whole.nodes[c]
         gaps[j], state[j], decided[j] = gap[c], whole.state[c], status[c]
-        for a in range(s):
-            go, been = 0.0, 0.0
-            for e in range(d):
-                go += whole.frame[c, a, e] * free[i, e]
-                been += whole.frame[c, a, e] * u[i, e]
-                local[j, a] += whole.frame[c, a, e] * known[c, e]
-            target[j * s + a] = go
-            b[j, a] -= local[j, a]
-            if a > 0:
+        for a in range(e):
+            go, been, push = 0.0, 0.0, 0.0
+            for m in range(d):
+                go += whole.frame[c, a, m] * free[i, m]
+                been += whole.frame[c, a, m] * u[i, m]
+                push += whole.frame[c, a, m] * known[c, m]
+            target[j * e + a] = go
+            if a < s:
+                local[j, a] = push
+                load[j * e + a] = -push
+            if 0 < a < s:
                 reference[j, a - 1] = whole.reference[c, a - 1] - been
-    for i in range(k * s):
-        for j in range(k * s):
-            b[i // s, i % s] += arrays.S[i, j] * target[j]
+    for i in range(k * e):
+        for j in range(k * e):
+            load[i] += arrays.whole[i, j] * target[j]
         for q in range(power.size):
-            b[i // s, i % s] += arrays.Y[i, q] * power[q]
+            load[i] += arrays.Y[i, q] * power[q]
+    others = k * (e - s)
+    for j in range(k):
+        for a in range(s):
+            b[j, a] = load[j * e + a]
+        for i in range(others):
+            b[j, 0] -= arrays.R[j, i] * load[i // (e - 1) * e + i % (e - 1) + 1]
     # a node's own stiffness, for that which is left of it in S may be none
     own = arrays.block if bound is None else whole.block[active]
     contact = Candidates(arrays.nodes, arrays.number, arrays.frame, own, gaps, reference, state)
@@ -294,19 +348,27 @@ def solve_active(
         project_newton(arrays, contact, b[:, 0], move, decided, found, slight)
     else:
         solve_small(arrays, contact, b, move, decided, found, bound, held, slip_rate, tolerance, slight)
+    moved[:, :s] = move
+    for i in range(others):
+        along = 0.0
+        for j in range(others):
+            along += arrays.T[i, j] * load[j // (e - 1) * e + j % (e - 1) + 1]
+        for j in range(k):
+            along -= arrays.R[j, i] * move[j, 0]
+        moved[i // (e - 1), i % (e - 1) + 1] = along
     for q in range(power.size):
         pins[q] = 0.0
-        for e in range(power.size):
-            pins[q] -= arrays.Z[q, e] * power[e]
-        for i in range(k * s):
-            pins[q] += arrays.Y[i, q] * (move[i // s, i % s] - target[i])
+        for m in range(power.size):
+            pins[q] -= arrays.Z[q, m] * power[m]
+        for i in range(k * e):
+            pins[q] += arrays.Y[i, q] * (moved[i // e, i % e] - target[i])
     for j in range(k):
         c = active[j]
         status[c] = decided[j]
-        for e in range(d):
-            force[j, e] = 0.0
+        for m in range(d):
+            force[j, m] = 0.0
             for a in range(s):
-                force[j, e] += whole.frame[c, a, e] * (found[j, a] - local[j, a])
+                force[j, m] += whole.frame[c, a, m] * (found[j, a] - local[j, a])
 
 
 @njit(cache=True, error_model="numpy")

@@ -78,6 +78,7 @@ class Condensation:
         N, d = loop.shape
         n = loop.nodes.size
         self._pin(A)
+        self._springs: np.ndarray | None = None
         self._sides = 1 if loop.friction is None else d  # components that a contact force may have
         # whole columns spare a back-substitution a step; large problems keep the rows of the candidates only
         self._whole = 8 * N * d * n * d <= MEMORY
@@ -139,8 +140,11 @@ class Condensation:
         G = np.einsum("cab,cbp->cap", loop.frame[:, :sides], shapes).reshape(nodes.size * sides, -1)
         # a mode without resistance that no candidate sees has no place in (2), and stays where it is
         scale = np.abs(G).max() / (np.abs(self.resistance).max() or 1.0)
+        turns = np.zeros((0, G.shape[1]))
+        if self._springs is not None:
+            turns = (self._springs @ shapes).reshape(-1, G.shape[1]) / self._springs.max()
         _, sizes, directions = np.linalg.svd(
-            np.linalg.qr(np.concatenate([G, scale * self.resistance]), mode="r")
+            np.linalg.qr(np.concatenate([G, scale * self.resistance, turns]), mode="r")
         )
         self._seen = directions[sizes > SEEN * np.linalg.norm(shapes)].T
         self._motions = shapes @ self._seen  # (n, d, p) of the candidates
@@ -202,10 +206,13 @@ class Condensation:
         known : (n, d), optional
             Forces on the candidates that touch; default zero.
         """
+        self._take_springs()
         loop, contact = self.loop, self.loop.contact
         known = np.zeros(loop.force.shape) if known is None else known
         selected = np.zeros(status.size, dtype=np.bool_)
         selected[self._anchors] = selected[self.rigid.bearing] = True
+        if self._springs is not None:
+            selected |= self._springs.any(axis=(1, 2))
         if self.rigid.count and not status.any():
             gaps = loop.gaps(u, status)
             selected |= gaps <= NEAR * max(gaps.max(), 0.0)
@@ -220,9 +227,22 @@ class Condensation:
         selected[missed] = True
         while selected.any() and (missed.size or not force.size):
             active = self._set_up(np.flatnonzero(selected))
-            force, pins = self.small.solve(
-                contact, active, u, free, power, gap, after, known, status, loop.slip_rate, tolerance, slight
+            force, pins, moved = self.small.solve(
+                contact,
+                active,
+                u,
+                free,
+                power,
+                gap,
+                after,
+                known,
+                status,
+                loop.slip_rate,
+                tolerance,
+                slight,
             )
+            if self._springs is not None:
+                force -= np.einsum("cab,ceb,ce->ca", self._springs[active], loop.frame[active], moved)
             after[:] = gap
             if pins.size:
                 move = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
@@ -267,15 +287,23 @@ class Condensation:
         new = active[self._place[active] < 0]
         if new.size:
             self._learn(new)
-        loop = self.loop
+        loop, springs = self.loop, None
         frame = loop.frame[active, : self._sides]
+        if self._springs is not None:
+            frame = loop.frame[active]
+            springs = np.einsum("cab,cbe,cfe->caf", frame, self._springs[active], frame)
         W = compliance(self._columns, self._row, self._place, active, frame)
         G = np.einsum("cab,cbp->cap", frame, self._motions[active]).reshape(W.shape[0], -1)
-        self.small = SmallProblem(
-            W, G, self._seen.T @ self.resistance @ self._seen, self._sides, loop.friction, self.steps
-        )
+        resistance = self._seen.T @ self.resistance @ self._seen
+        self.small = SmallProblem(W, G, resistance, springs, self._sides, loop.friction, self.steps)
         self._active = active
         return active
+
+    def _take_springs(self) -> None:
+        """Follow the loop's springs."""
+        if self._springs is not self.loop.springs:
+            self._springs = self.loop.springs
+            self.update_normals()
 
     def _learn(self, new: np.ndarray) -> None:
         """Compute the columns of A_g^-1 of more candidates."""

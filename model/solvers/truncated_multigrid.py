@@ -281,7 +281,7 @@ class Multigrid:
         self.status = np.zeros(loop.nodes.size, dtype=np.int8)
         self.projectors = np.tile(np.eye(d), (loop.nodes.size, 1, 1))
         self.held = self.rubs = np.zeros(0, dtype=np.int64)
-        self.last = self.status.copy()
+        self.last, self.springs = self.status.copy(), loop.springs
         self.by_pressure, self.support = np.zeros((loop.nodes.size, d)), np.zeros((loop.nodes.size, d, d))
         self.zero, self.x, self.direction, self.product = (np.zeros(loop.shape) for _ in range(4))
         self.best = np.zeros(loop.shape)
@@ -300,11 +300,15 @@ class Multigrid:
         Coarser meshes, where there are any, first correct u as far as they can (nested iteration).
         """
         loop, self.last[:] = self.loop, status
+        if self.springs is not loop.springs:
+            self.springs = loop.springs
+            self.status[:] = -1
         if record.earlier and self._handed_over:  # only digits are wanted of what has been found
             self._direct().solve(u, status, record)
             return
         self._handed_over = False
-        if self.coarser is not None and loop.residual(u, status) > record.tolerance:
+        sprung = loop.springs is not None  # coarser loops have no springs
+        if self.coarser is not None and not sprung and loop.residual(u, status) > record.tolerance:
             self.coarser.first_guess(loop, u, status, record)
         best, best_status, idle, steady, turned = np.inf, status.copy(), 0, 0, False
         while True:
@@ -340,7 +344,11 @@ class Multigrid:
     def _direct(self) -> Condensation:
         """Factorise the matrix, once."""
         if self._condensed is None:
-            self._condensed = Condensation(bsr(self.loop.A), self.loop, self.rigid)
+            loop, springs = self.loop, self.loop.springs
+            loop.put_springs(None)
+            A = bsr(loop.A).copy()
+            loop.put_springs(springs)
+            self._condensed = Condensation(A, loop, self.rigid)
         return self._condensed
 
     def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int) -> bool:
@@ -401,8 +409,10 @@ class Multigrid:
         nodes, rubs = self.loop.nodes, self.rubs
         at = self.rigid.at(nodes[self.held])
         rub = self.support[rubs] @ self.rigid.at(nodes[rubs]) / self.loop.diagonal.max()
-        stopped = np.concatenate([(at - self.projectors[self.held] @ at).reshape(-1, m), rub.reshape(-1, m)])
-        free = null_space(np.linalg.qr(stopped, mode="r"), np.abs(modes).max())
+        stopped = [(at - self.projectors[self.held] @ at).reshape(-1, m), rub.reshape(-1, m)]
+        if self.springs is not None:
+            stopped.append((self.springs @ self.rigid.at(nodes)).reshape(-1, m) / self.springs.max())
+        free = null_space(np.linalg.qr(np.concatenate(stopped), mode="r"), np.abs(modes).max())
         self.cycle.set_kernel(self.coarse_modes @ free)
         return modes @ free
 

@@ -23,6 +23,7 @@ CONIC = 1e-6  # of force squared times softness; what the conic solver is asked 
 DRIVEN = 1e-7  # power of a unit of load in a rigid motion of unit size, beyond which it counts
 NOT_MOVED = 1e-6  # of the load: motions below it are what the conic solver leaves of none
 LANDINGS = 100  # nodes that may arrive one after the other
+ROAD_STEPS, FAR = 1000, 100.0  # of a body let go on a road: at most, and sizes that are far
 CLOSE = 1e3  # elastic displacements within which a node may touch
 
 
@@ -307,4 +308,46 @@ def never_rests(posed: Posed) -> bool:
             return True
         time = np.min(np.maximum(gap[falls], 0.0) / -speed[falls])
         gap = gap + time * speed
+    return False
+
+
+def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
+    """Tell whether the load carries a body, let go, far off along a road that is not flat.
+
+    Likewise, in short steps: nodes on the road within their friction cones, the others above their planes.
+    """
+    Z, d = free_motions(posed), posed.b.shape[1]
+    m, strength = Z.shape[1], float(np.linalg.norm(posed.b))
+    if m == 0 or strength == 0.0:
+        return False
+    at = Z.reshape(-1, d, m)[posed.nodes]
+    q, load, size = (
+        np.zeros(m),
+        Z.T @ posed.b.ravel() / strength,
+        float(np.ptp(posed.coordinates, axis=0).max()),
+    )
+    first, net = float(np.abs(road.closest(points)[0]).max()), 0.0
+    for _ in range(ROAD_STEPS):
+        gap, normal, _ = road.closest(points + at @ q)
+        step = 0.05 * (size + net)
+        local = np.einsum("cta,cam->ctm", _frames(normal), at)
+        near, reach = gap <= 1e-2 * step, gap <= 4 * step
+        held = [-np.concatenate([part[:1], posed.mu * part[1:]]) for part in local[near]]
+        cones = [clarabel.SecondOrderConeT(d) for _ in held] + [clarabel.ZeroConeT(1)]
+        rows = csr_array(np.concatenate([*held, np.zeros((1, m))]))
+        _, drive, found = _minimum(csc_array(np.eye(m)), -load, rows, np.zeros(rows.shape[0]), cones)
+        if not found or np.linalg.norm(drive) < NOT_MOVED:
+            return False
+        way = step * drive / np.abs(at @ drive).max()
+        unit = float(np.linalg.norm(way))
+        rows, right = -local[reach, 0] * unit / step, gap[reach] / step
+        cones = [clarabel.NonnegativeConeT(len(right) + 1)]
+        rows, right = csr_array(np.vstack([rows, np.zeros((1, m))])), np.append(right, 1.0)
+        _, x, found = _minimum(csc_array(np.eye(m)), -way / unit, rows, right, cones)
+        if not found:
+            return False
+        q = q + unit * x
+        net = float(np.abs(at @ q).max())
+        if net > FAR * (size + first):
+            return True
     return False

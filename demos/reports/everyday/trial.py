@@ -12,7 +12,7 @@ from model import ContactSolver, MovingBody, NotConverged, follow, solve
 from model.dynamics.schemes import IMPLICIT
 from model.quasistatics.curved_contact import CurvedContact
 
-from .judge import DRIVEN, EPS, Answer, Posed, complaints, driven_power, never_rests
+from .judge import DRIVEN, EPS, Answer, Posed, complaints, driven_power, leaves, never_rests
 from .scenes import SMALL_ENOUGH, Scene, elastic
 
 OUTCOMES = ("solved", "wrong", "refused, confirmed", "refused wrongly", "not converged")
@@ -89,10 +89,10 @@ def tried(scene: Scene) -> dict[str, Any]:
                 break
     except NotConverged as error:
         outcome.outcome, outcome.said = "not converged", str(error)
-        if _power(scene) > DRIVEN or (not scene.curved and never_rests(_posed(scene))):
+        if _power(scene) > DRIVEN or _never_rests(scene):
             outcome.outcome = "refused, confirmed"
     except ValueError as error:
-        confirmed = _power(scene) > EDGE * DRIVEN
+        confirmed = _power(scene) > EDGE * DRIVEN or (scene.curved and _never_rests(scene))
         outcome.outcome = "refused, confirmed" if confirmed else "refused wrongly"
         outcome.said = str(error)
     except Exception as error:  # whatever it is, the scene has no answer
@@ -115,6 +115,12 @@ def _power(scene: Scene) -> float:
     unique = np.unique(np.round(np.concatenate(normals), 2), axis=0)
     unique /= np.linalg.norm(unique, axis=1, keepdims=True)
     return driven_power(posed, unique)
+
+
+def _never_rests(scene: Scene) -> bool:
+    """Whether the load carries the body off without end, or at least far along a curved road."""
+    posed = _posed(scene)
+    return leaves(posed, scene.road, scene.pressed.points) if scene.curved else never_rests(posed)
 
 
 def _posed(scene: Scene, b: np.ndarray | None = None, reference: np.ndarray | None = None) -> Posed:

@@ -1,0 +1,111 @@
+"""The way of a rigid body down to a road that is not flat, until it rests on it.
+
+A body that nothing holds may start far from where the road will stop it, and planes at its nodes tell
+little of the road there. So it is first moved as a rigid one, q being the amplitudes of its modes: each step
+goes the way that friction and the nodes on the road leave to the load, as far as the planes of all nodes let
+it,
+
+    |q - way|  is least over  gap + n . Z q >= 0                                                       (1)
+
+(least distance programming, C. L. Lawson and R. J. Hanson, Solving Least Squares Problems, 1974, ch. 23), and
+steps are as long as the planes keep what they promise: a trust region.
+"""
+
+from typing import Any
+
+import numpy as np
+from scipy.optimize import nnls
+
+from model.problem.rigid_modes import RigidModes
+
+STEPS = 300
+LONG = 0.25  # of the size: a step of a body on the road
+AWAY = 1e3  # sizes that a body falls, or slides, before it is said to have left
+DEEP = 0.1  # of a step: who comes so far below the road has been misled by the planes
+TRUE = 0.02  # and who does not even so much may go farther
+SMALL = 1e-9  # of the size: shorter steps lead nowhere
+
+
+def approach(
+    road: Any,
+    points: np.ndarray,
+    rigid: RigidModes,
+    b: np.ndarray,
+    mu: Any,
+    size: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Move a body as a rigid one until it rests on a road.
+
+    Parameters
+    ----------
+    road : Road
+    points : (n, d)
+        Where the candidates are.
+    rigid : RigidModes
+    b : (N, d)
+        Load.
+    mu : float or (n,)
+        Coefficient of friction.
+    size : float
+        Of the body.
+
+    Returns
+    -------
+    motion : (N, d)
+    pressure : (n,)
+        Forces that would hold the rigid body there.
+
+    Raises
+    ------
+    ValueError
+        If the body is carried off.
+    """
+    modes = rigid.at(rigid.nodes)
+    unit = 1.0 / np.abs(modes).max()
+    q, step, travelled = np.zeros(rigid.count), LONG * size, 0.0
+    gap, normal, _ = road.closest(points)
+    for _ in range(STEPS):
+        near = gap <= TRUE * step
+        left = rigid.driven(b, normal, mu, near)
+        if not left.any() and gap.min() > -SMALL * size:
+            break
+        reach = LONG * (size + 0.1 * travelled)
+        step = min(step, max(reach, float(gap.min())))
+        work = np.einsum("cd,cdm->cm", normal, modes)
+        way = step * unit / (np.abs(left).max() or 1.0) * left
+        move = _nearest(way, work, gap, step)
+        there, next_normal, _ = road.closest(points + modes @ (q + move))
+        length = float(np.abs(modes @ move).max())
+        deep, before = -min(there.min(), 0.0), -min(gap.min(), 0.0)
+        if length <= SMALL * size or deep > max(DEEP * length, 0.5 * before):
+            step /= 4.0
+            if step < SMALL * size:
+                break
+            continue
+        if deep < TRUE * length:
+            step *= 2.0
+        q, gap, normal, travelled = q + move, there, next_normal, travelled + length
+        if travelled > AWAY * (size + max(float(road.closest(points)[0].max()), 0.0)):
+            raise ValueError(
+                f"The load carries the body off in {rigid.in_words(left)}: it has gone {travelled:.3g} "
+                "without an end, and neither supports nor the road stop it; load it towards the road or "
+                "fix it."
+            )
+    return (rigid.modes @ q).reshape(b.shape), rigid.holding(b, normal, gap <= TRUE * step)
+
+
+def _nearest(way: np.ndarray, work: np.ndarray, gap: np.ndarray, scale: float) -> np.ndarray:
+    """The amplitudes (m,) nearest to `way` that leave all nodes above their planes, (1)."""
+    need = -(gap + work @ way) / scale
+    some = need > -4.0
+    if not (need > 0.0).any():
+        return way
+    unit = scale / np.abs(work).max()
+    E = np.concatenate([work[some].T * unit / scale, need[None, some]])
+    target = np.zeros(len(E))
+    target[-1] = 1.0
+    forces = nnls(E, target, maxiter=100 * E.shape[1])[0]
+    r = E @ forces - target
+    if -r[-1] < 1e-12:
+        return way
+    return way + unit * (r[:-1] / -r[-1])
