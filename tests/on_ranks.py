@@ -25,6 +25,7 @@ from model import (
     BodyOnRoad,
     CentralDifferences,
     ContactStabilised,
+    History,
     MassRedistribution,
     MovingBody,
     Newmark,
@@ -251,6 +252,26 @@ def stabilised():
     return thrown(ContactStabilised, road, 2e-3, 12)
 
 
+def recorded():
+    """With Newmark and a history of a node at the foot and of one above it."""
+    contact, moving = block(Newmark, FLOOR, 1e-3)
+    body, state = (
+        contact.system.body,
+        moving.start(velocity=np.tile([0.5, -1.0], (len(contact.system.coordinates), 1))),
+    )
+    points = {"A": body.nearest_node((0.0, 0.0)), "B": body.nearest_node((1.0, 0.5))}
+    history = History(moving, state, points)
+    for _ in range(12):
+        before, state = state, moving.step(state)
+        history.record(before, state)
+    columns = [name for name in history.columns if name not in ("seconds", "residual", "cycles", "numerical")]
+    rows = np.array([history[name] for name in columns])
+    kinds = ("touch", "leave", "stick", "slip")
+    events = np.array(sorted((event.time, kinds.index(event.kind)) for event in history.events))
+    assert len(history.touches("A")) > 0
+    return contact, state, np.concatenate([np.nan_to_num(rows).ravel(), events.ravel()])
+
+
 def redistributed():
     """With mass redistribution, on the wavy road, and without friction."""
     x = np.linspace(-1.0, 3.0, 161)
@@ -299,6 +320,7 @@ SCENES = {
     "platen": platen,
     "newmark": newmark,
     "stabilised": stabilised,
+    "recorded": recorded,
     "redistributed": redistributed,
     "bouncing": bouncing,
     "explicit": explicit,
@@ -319,8 +341,10 @@ def found(kind, path="."):
         balance = contact.reactions(solution, about=(1.0, 0.5, 0.2)[: contact.points.shape[1]])
         sheet = {"sheet": np.concatenate([*balance.force.values(), *balance.moment.values()])}
     for entry in books:
-        sheet["ledger"] = np.array(
-            [entry.kinetic, entry.strain, entry.potential, entry.damping, entry.friction]
+        sheet["ledger"] = (
+            entry
+            if isinstance(entry, np.ndarray)
+            else np.array([entry.kinetic, entry.strain, entry.potential, entry.damping, entry.friction])
         )
     nodes["points"] = contact.system.points
     if contact.system.exchanges:

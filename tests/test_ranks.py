@@ -18,7 +18,17 @@ pytestmark = pytest.mark.skipif(LAUNCHER is None, reason="there is no mpirun her
 # What is run on how many ranks: by one launch each, for a process needs seconds to begin.
 KINDS = {
     2: ["cylinder", "friction", "path", "held", "tread", "hollow"]
-    + ["newmark", "stabilised", "redistributed", "bouncing", "continued", "slippery", "direct", "algebraic"],
+    + [
+        "newmark",
+        "stabilised",
+        "redistributed",
+        "bouncing",
+        "continued",
+        "slippery",
+        "recorded",
+        "direct",
+        "algebraic",
+    ],
     3: ["triangles", "platen", "saved", "none", "own_forms_of_body"]
     + ["below", "explicit", "slides", "tips"],
     4: ["ball", "corner", "odd"],  # odd: one rank is empty, one has no candidate, one little else

@@ -391,22 +391,28 @@ class RigidPart:
     ----------
     M : sparse (N d, N d)
     coordinates : (N, d)
+    ranks : Exchange, optional
+        Who shares the nodes.
     """
 
-    def __init__(self, M: Any, coordinates: np.ndarray):
+    def __init__(self, M: Any, coordinates: np.ndarray, ranks: Any = ONE_RANK):
         N, d = coordinates.shape
-        self.motions = rigid_motions(coordinates).reshape(N * d, -1)
-        self._size = np.abs(coordinates - coordinates.mean(axis=0)).max() or 1.0
-        self._weighted = M @ self.motions
-        self._gram = self.motions.T @ self._weighted
+        self.motions = rigid_motions(coordinates, ranks).reshape(N * d, 3 * d - 3)
+        own = ranks.own(coordinates)
+        mean = ranks.sum(own.sum(axis=0)) / ranks.sum(len(own))
+        self._size = ranks.max(float(np.abs(coordinates - mean).max(initial=0.0))) or 1.0
+        self._weighted, self._ranks = M @ self.motions, ranks
+        self._gram = ranks.sum(self.motions.T @ self._weighted)
 
     def amounts(self, u: np.ndarray) -> np.ndarray:
         """Translation (d,) of the mean of the nodes, then linearised rotation: 1 angle in 2-D, 3 in 3-D."""
-        amounts = np.linalg.solve(self._gram, self._weighted.T @ u.ravel())
+        amounts = self._fitted(u)
         amounts[u.shape[1] :] /= self._size
         return amounts
 
     def deformation(self, u: np.ndarray) -> np.ndarray:
         """What of u (N, d) is not rigid, (N, d)."""
-        amounts = np.linalg.solve(self._gram, self._weighted.T @ u.ravel())
-        return u - (self.motions @ amounts).reshape(u.shape)
+        return u - (self.motions @ self._fitted(u)).reshape(u.shape)
+
+    def _fitted(self, u: np.ndarray) -> np.ndarray:
+        return np.linalg.solve(self._gram, self._ranks.sum(self._weighted.T @ u.ravel()))

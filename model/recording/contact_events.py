@@ -1,6 +1,6 @@
 """What happens at the nodes: touching, leaving, sticking, slipping, and when."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,12 +20,14 @@ def events(integrator: TimeIntegrator, before: State, after: State) -> list[Even
     """List what happened in a step.
 
     Touching is timed within the step, by the gap as it would close with the velocity and acceleration of the
-    step's beginning. A node leaves, sticks or slips from the last time on at which it did not.
+    step's beginning. A node leaves, sticks or slips from the last time on at which it did not. On many ranks
+    all of them get the events of all, by the numbers of nodes on which they agree.
     """
     old, new = before.status, after.status
-    if np.array_equal(old, new):
+    body, ranks = integrator.body, integrator.body.ranks
+    if not ranks.any(not np.array_equal(old, new)):
         return []
-    nodes = integrator.body.contact_nodes
+    nodes = body.ids[0][body.contact_nodes] if body.exchanges else body.contact_nodes
     found = []
     changes = [
         ("leave", (old != Status.FREE) & (new == Status.FREE)),
@@ -37,7 +39,10 @@ def events(integrator: TimeIntegrator, before: State, after: State) -> list[Even
     touching = np.flatnonzero((old == Status.FREE) & (new != Status.FREE))
     for c, delay in zip(touching, closing_times(integrator, before, touching)):
         found.append(Event(before.time + delay, int(nodes[c]), "touch"))
-    return sorted(found)
+    columns: Any = zip(*found) if found else ((), (), ())
+    kinds: Any = (float, np.int64, "U5")
+    every = (ranks.stacked(np.array(values, dtype=kind)) for values, kind in zip(columns, kinds))
+    return sorted(Event(*event) for event in zip(*(values.tolist() for values in every)))
 
 
 def closing_times(integrator: TimeIntegrator, before: State, numbers: np.ndarray) -> np.ndarray:

@@ -32,9 +32,11 @@ class History:
     state : State
         Where the run starts.
     points : dict
-        Nodes to follow, by name.
+        Nodes of the mesh to follow, by name. On several ranks -1 where a rank does not hold one, as
+        `Body.nearest_node` says; all ranks have all rows and events, with the numbers of nodes on which they
+        agree.
     path : str or Path, optional
-        CSV file that grows with the run.
+        CSV file that grows with the run; the first rank writes it.
 
     Attributes
     ----------
@@ -63,15 +65,14 @@ class History:
         points: Mapping[str, int] | None = None,
         path: str | Path | None = None,
     ):
-        if integrator.body.exchanges:
-            raise ValueError(
-                "A History is not shared among ranks yet; keep a Ledger and a Series, or run on one rank."
-            )
-        self.integrator, self.points = integrator, dict(points or {})
-        candidates = integrator.body.contact_nodes
+        body = integrator.body
+        self.integrator, self.ranks = integrator, body.ranks
+        self._held = {name: of_body(body, node) for name, node in (points or {}).items()}
+        self.points = {name: agreed_number(body, name, node) for name, node in self._held.items()}
+        candidates = body.contact_nodes
         self._candidate = {
             name: int(found[0]) if (found := np.flatnonzero(candidates == node)).size else -1
-            for name, node in self.points.items()
+            for name, node in self._held.items()
         }
         self.events: list[Event] = []
         self.resolution = Resolution(integrator)
@@ -80,7 +81,7 @@ class History:
         self._explained = 0.0
         self._looked = 0
         self._file: Any = None
-        self.path = None if path is None else Path(path)
+        self.path = None if path is None or self.ranks.before(1) else Path(path)
         self.rows: list[list[float]] = []
         first = self._row(state, self.ledger.entry)
         self.columns = list(first)
@@ -186,34 +187,35 @@ class History:
         return Entry(**{name: row[name] for name in names}, momentum=momentum)
 
     def _row(self, state: State, entry: Entry) -> dict[str, float]:
-        loop, dim = self.integrator.solvers["step"].loop, self.integrator.body.dim
+        loop, dim, ranks = self.integrator.solvers["step"].loop, self.integrator.body.dim, self.ranks
         pressure = np.einsum("ca,ca->c", loop.frame[:, 0], state.contact_force)
         row: dict[str, float] = {
             "step": state.step,
             "time": state.time,
             "contacts": state.count,
-            "sticking": int(np.count_nonzero(state.status == Status.STICK)),
+            "sticking": ranks.sum(int(np.count_nonzero(state.status == Status.STICK))),
         }
         row |= {name: value for name, value in vars(entry).items() if name != "momentum"}
         row |= {f"momentum_{a}": float(x) for a, x in zip(AXES, entry.momentum)}
-        row |= {f"force_{a}": float(x) for a, x in zip(AXES, state.contact_force.sum(axis=0))}
+        row |= {f"force_{a}": float(x) for a, x in zip(AXES, ranks.sum(state.contact_force.sum(axis=0)))}
         row |= {
-            "lowest_gap": float(state.gap.min()),
-            "lowest_pressure": float(pressure.min()),
-            "cone": self._cone(state, pressure),
+            "lowest_gap": -ranks.max(float(np.max(-state.gap, initial=-np.inf))),
+            "lowest_pressure": -ranks.max(float(np.max(-pressure, initial=-np.inf))),
+            "cone": ranks.max(self._cone(state, pressure)),
             "residual": state.residual,
             "cycles": state.cycles,
-            "seconds": state.seconds,
+            "seconds": ranks.max(state.seconds),
         }
-        for name, node in self.points.items():
-            c = self._candidate[name]
-            force = state.contact_force[c] if c >= 0 else np.zeros(dim)
-            for letter, values in (
-                ("u", state.displacement[node]),
-                ("v", state.velocity[node]),
-                ("f", force),
-            ):
-                row |= {f"{letter}_{a}({name})": float(x) for a, x in zip(AXES, values)}
+        owned = len(ranks.own(state.displacement))
+        for name, node in self._held.items():
+            c, here = self._candidate[name], 0 <= node < owned
+            values = np.zeros((3, dim))
+            if here:
+                values[:2] = state.displacement[node], state.velocity[node]
+            if c >= 0:
+                values[2] = state.contact_force[c]
+            for letter, value in zip("uvf", ranks.sum(values)):
+                row |= {f"{letter}_{a}({name})": float(x) for a, x in zip(AXES, value)}
         return row
 
     def _cone(self, state: State, pressure: np.ndarray) -> float:
@@ -222,7 +224,7 @@ class History:
         law: Any = body.friction
         mu = 0.0 if law is None else law.nodes(np.zeros(pressure.size), body.places(state))[:, 1]
         tangential = state.contact_force - pressure[:, None] * loop.frame[:, 0]
-        return float((np.linalg.norm(tangential, axis=1) - mu * pressure).max())
+        return float(np.max(np.linalg.norm(tangential, axis=1) - mu * pressure, initial=-np.inf))
 
     def _add(self, row: list[float]) -> None:
         self.rows.append(row)
@@ -243,3 +245,21 @@ class History:
         if self._file is not None:
             self._file.close()
             self._file = None
+
+
+def of_body(body: Any, node: int) -> int:
+    """Return the node of the body that one of its mesh has become on this rank, -1 where it is not held."""
+    return int(node) if body.node_of is None or node < 0 else int(body.node_of[node])
+
+
+def agreed_number(body: Any, name: str, node: int) -> int:
+    """Return the number of a node on which all ranks agree, of which one owns it (else ValueError)."""
+    if not body.exchanges:
+        return node
+    owned = 0 <= node < body.ranks.owned
+    number, count = body.ranks.sum(np.array([body.ids[0][node] if owned else 0, int(owned)]))
+    trouble = (
+        "" if count == 1 else f"The point {name!r} is on {count} ranks; give what Body.nearest_node says."
+    )
+    body.ranks.agree(trouble)
+    return int(number)

@@ -39,24 +39,25 @@ class Resolution:
     """
 
     def __init__(self, integrator: TimeIntegrator):
-        self.integrator, self.rigid = integrator, RigidPart(integrator.M, integrator.body.coordinates)
+        body = integrator.body
+        self.integrator, self.rigid = integrator, RigidPart(integrator.M, body.coordinates, body.ranks)
         self.fewest, self.at = np.inf, 0.0
         self._warned = False
 
     def look(self, state: State) -> float:
         """Return the steps per mean period at this state, and warn, once a run, if they are too few."""
         integrator = self.integrator
-        v = state.velocity.copy()
+        v, total = state.velocity.copy(), integrator.body.ranks.sum
         if integrator.body.finite_strain:
             self.rigid = RigidPart(integrator.M, integrator.body.coordinates + state.displacement)
         if integrator.body.floats:
             v = self.rigid.deformation(v)
-        kinetic = float(v.ravel() @ (integrator.M @ v.ravel()))
-        whole = float(state.velocity.ravel() @ (integrator.M @ state.velocity.ravel()))
+        kinetic = total(float(v.ravel() @ (integrator.M @ v.ravel())))
+        whole = total(float(state.velocity.ravel() @ (integrator.M @ state.velocity.ravel())))
         if not kinetic > WORTH * whole:
             return np.inf
         K = integrator.body.stiffness_at(state.displacement)
-        omega = np.sqrt(max(float(v.ravel() @ (K @ v.ravel())), 0.0) / kinetic)
+        omega = np.sqrt(max(total(float(v.ravel() @ (K @ v.ravel()))), 0.0) / kinetic)
         steps = float(2.0 * np.pi / (omega * integrator.dt)) if omega > 0.0 else np.inf
         if steps < self.fewest:
             self.fewest, self.at = steps, state.time
