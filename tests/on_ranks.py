@@ -280,8 +280,19 @@ def redistributed():
 
 
 def explicit():
-    """A scheme that ranks cannot share yet."""
-    return thrown(CentralDifferences, Plane((0.0, -0.002), (0.0, 1.0)), 1e-4, 1)
+    """With central differences."""
+    return thrown(CentralDifferences, FLOOR, 2e-4, 40)
+
+
+def too_long():
+    """A step beyond the limit of stability."""
+    return thrown(CentralDifferences, FLOOR, 0.1, 1)
+
+
+def ordered():
+    """An order of nodes, which ranks cannot keep."""
+    contact = cylinder(None)
+    return contact, solve(contact, order=np.arange(len(contact.system.coordinates)))
 
 
 def bouncing():
@@ -324,6 +335,8 @@ SCENES = {
     "redistributed": redistributed,
     "bouncing": bouncing,
     "explicit": explicit,
+    "too_long": too_long,
+    "ordered": ordered,
 }
 
 

@@ -30,13 +30,14 @@ KINDS = {
         "algebraic",
     ],
     3: ["triangles", "platen", "saved", "none", "own_forms_of_body"]
-    + ["below", "explicit", "slides", "tips"],
+    + ["explicit", "below", "slides", "tips", "too_long", "ordered"],
     4: ["ball", "corner", "odd"],  # odd: one rank is empty, one has no candidate, one little else
 }
 NUMBERS = {"displacement", "contact_pressure", "contact_traction", "gap", "sheet", "ledger"}
 WRONG = {
     "below": "below the road",
-    "explicit": "not shared among ranks",
+    "too_long": "on this mesh central differences are stable to",
+    "ordered": "nodes are visited in their order",
     "slides": "The load drives the body into a translation along",
     "tips": "The load drives the body into a rotation about",
 }

@@ -18,6 +18,8 @@ from scipy.sparse.linalg import eigsh
 
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State, TimeIntegrator
+from model.one_rank import ONE_RANK
+from model.ranks.krylov import largest_eigenvalue
 from model.tolerances import TOLERANCE
 
 LANCZOS = 1e-6  # relative, of the highest eigenvalue; it costs half of that of dt
@@ -53,25 +55,22 @@ class CentralDifferences(TimeIntegrator):
     name = "central differences"
 
     def __init__(self, body: MovingBody, dt: float, tolerance: float = TOLERANCE):
-        body.ranks.agree(
-            "Central differences are not shared among ranks yet; run on one rank, or take Newmark."
-            if body.exchanges
-            else ""
-        )
-        ones = np.ones(body.M.shape[0])
+        ones, ranks = np.ones(body.M.shape[0]), body.ranks
         self._lumped = np.where(body.prescribed.ravel(), body.M.diagonal(), body.M @ ones)
-        if not self._lumped.min() > 0.0:
-            raise ValueError("Lumping leaves a node without mass; use an implicit scheme on this mesh.")
+        ranks.update(self._lumped.reshape(body.coordinates.shape))
+        lacking = "Lumping leaves a node without mass; use an implicit scheme on this mesh."
+        ranks.agree("" if self._lumped.min(initial=np.inf) > 0.0 else lacking)
         limit = stable_step(body, self._lumped)
-        if dt > limit:
-            raise ValueError(f"dt is {dt:g}, but on this mesh central differences are stable to {limit:.3g}.")
+        beyond = f"dt is {dt:g}, but on this mesh central differences are stable to {limit:.3g}."
+        ranks.agree(beyond if dt > limit else "")
         super().__init__(body, dt, correction="none", tolerance=tolerance)
         self._no_force = np.zeros_like(body.coordinates)
 
     def mass(self) -> Any:
-        """Return the lumped mass."""
-        d = self.body.dim
-        return bsr_array(diags_array(self._lumped), blocksize=(d, d))
+        """Return the lumped mass; rows of other ranks' nodes are empty."""
+        d, own = self.body.dim, self._lumped.copy()
+        own[self.body.ranks.own(self.body.coordinates).size :] = 0.0
+        return bsr_array(diags_array(own), blocksize=(d, d))
 
     def effective_matrix(self) -> Any:
         """Return M / dt^2."""
@@ -107,8 +106,17 @@ def stable_step(body: MovingBody, lumped: np.ndarray) -> float:
 
     Lanczos' method approaches omega^2 from below; what its tolerance leaves is added.
     """
-    scale = diags_array(np.where(body.prescribed.ravel(), 0.0, 1.0 / np.sqrt(lumped)))
-    start = np.random.default_rng(0).standard_normal(lumped.size)
-    matrix = scale @ body.K @ scale
-    highest = eigsh(matrix, k=1, which="LA", v0=start, return_eigenvectors=False, tol=LANCZOS)[0]
+    scale = np.where(body.prescribed.ravel(), 0.0, 1.0 / np.sqrt(lumped))
+    start, ranks = np.random.default_rng(0).standard_normal(lumped.size), body.ranks
+    if ranks is ONE_RANK:
+        K = diags_array(scale) @ body.K @ diags_array(scale)
+        highest = eigsh(K, k=1, which="LA", v0=start, return_eigenvectors=False, tol=LANCZOS)[0]
+    else:
+        shape = body.coordinates.shape
+
+        def product(v: np.ndarray) -> np.ndarray:
+            ranks.update(v)
+            return np.asarray(scale * (body.K @ (scale * v.ravel()))).reshape(shape)
+
+        highest = largest_eigenvalue(product, start.reshape(shape), LANCZOS, ranks.dot)
     return 2.0 / float(np.sqrt(highest * (1.0 + LANCZOS)))

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy.linalg import eigh_tridiagonal
 
 Operator = Callable[[np.ndarray], np.ndarray]
 Product = Callable[[np.ndarray, np.ndarray], float]
@@ -92,3 +93,30 @@ def flexible_gmres(
             break
         basis.append(w / H[count, count - 1])
     return np.asarray(sum(a * z for a, z in zip(y, directions))), count
+
+
+def largest_eigenvalue(A: Operator, start: np.ndarray, tolerance: float, dot: Product) -> float:
+    """Return the largest eigenvalue of A, symmetric, to a relative tolerance (Lanczos 1950).
+
+    The basis is not kept: what rounding does to it makes copies of eigenvalues that have been found, no
+    others.
+
+    Examples
+    --------
+    >>> v = np.array([1.0, 1.0, 1.0])
+    >>> round(largest_eigenvalue(lambda x: np.array([1.0, 2.0, 5.0]) * x, v, 1e-9, np.dot), 9)
+    5.0
+    """
+    v, before, beta = start / np.sqrt(dot(start, start)), np.zeros_like(start), 0.0
+    diagonal: list[float] = []
+    beside: list[float] = []
+    while True:
+        w = A(v) - beta * before
+        diagonal.append(dot(w, v))
+        w -= diagonal[-1] * v
+        values, vectors = eigh_tridiagonal(diagonal, beside)
+        beta = np.sqrt(dot(w, w))
+        if beta * abs(vectors[-1, -1]) <= tolerance * abs(values[-1]):
+            return float(values[-1])
+        beside.append(beta)
+        before, v = v, w / beta
