@@ -12,7 +12,8 @@ hollow is less curved, by just what the turning force moves the node back, and t
 corner is nearest to a whole wedge of nodes, with all the normals between those of its two slopes. (In
 convex optimisation this is the projection x = P(x - f / k), k being the stiffness that the node feels.)
 On a hill the same would do harm, so of the two looks, from the node and from below it, the one counts
-that turns the normal less. What is left of creeping and overshooting Anderson's extrapolation removes.
+that turns the normal less. What is left of creeping and overshooting Anderson's extrapolation removes, or,
+where the contact problem takes them, `springs` that resist as the road does.
 
 In motion a node goes a way within a step, and its force, if it were along the normal at the end of it, would
 do work on hills and in hollows, though the road is at rest. So it is along the mean normal, corrected so that
@@ -67,6 +68,8 @@ class RoadPlanes:
         Points of the road where nodes stick.
     gap : (n,)
         Distances to the road at the last look; 0 at nodes that touch once all is settled.
+    springs : (n, d, d)
+        Stiffness by which the road resists as it turns the pressures, once `bend` has found it.
     distances : list of float
         At every look, how far nodes that touch were from the road, or others below it.
     """
@@ -91,7 +94,7 @@ class RoadPlanes:
         self.distances: list[float] = []
         self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH, ranks)
         self._lean = np.zeros(at.shape)  # of the planes off the road's own normals
-        self.springs = np.zeros((*at.shape, at.shape[1]))
+        self.springs, self._trust = np.zeros((*at.shape, at.shape[1])), np.ones(len(at))
 
     def bend(self, pressure: np.ndarray, size: float) -> None:
         """Find how the road resists pressures (n,) as it turns them with a node: C = - p grad n, in hollows.
@@ -124,7 +127,8 @@ class RoadPlanes:
             turn[:, :, k] = np.einsum("cka,ca->ck", tangent, behind - ahead) / (2 * h[:, None])
         sizes, axes = np.linalg.eigh(0.5 * (turn + turn.swapaxes(1, 2)))
         seen = np.maximum(sizes, 0.0) * depth[:, None]
-        stiff = np.minimum(seen / np.maximum(1.0 - seen, 1e-300), STIFF) * (p / depth)[:, None]
+        stiff = np.minimum(seen / np.maximum(1.0 - seen, 1e-300), STIFF)
+        stiff *= (self._trust[pressed] * p / depth)[:, None]
         along = np.einsum("cik,cia->cka", axes, tangent)
         self.springs[pressed] = np.einsum("cka,ck,ckb->cab", along, stiff, along)
 
@@ -169,6 +173,8 @@ class RoadPlanes:
         before, self._turn = self._turn, normal - self.normal
         if turned_force is None:
             self.softness *= _rescaled(before, self._turn)
+        else:
+            self._compare(turned_force)
         above = np.delete(self.gap, in_contact)
         off = max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0))
         self.distances.append(self.ranks.max(off))
@@ -185,6 +191,17 @@ class RoadPlanes:
             normal[in_contact], foot[in_contact] = self._anderson.combine(self._turn[in_contact], places)
         self.normal, self.foot = normal / np.linalg.norm(normal, axis=1, keepdims=True), foot
         return False
+
+    def _compare(self, turned_force: np.ndarray) -> None:
+        """Make springs softer that foretold (n, d) more than twice the turn there was.
+
+        Beside a corner the road turns nothing, though it is seen to bend.
+        """
+        size = np.linalg.norm(turned_force, axis=1, keepdims=True)
+        foretold = np.where(size > 0.0, turned_force / np.where(size > 0.0, size, 1.0) - self.normal, 0.0)
+        square = np.sum(foretold**2, axis=1)
+        came = np.sum(foretold * self._turn, axis=1)
+        self._trust = np.where(came < 0.5 * square, 0.1 * self._trust, np.minimum(10.0 * self._trust, 1.0))
 
     def _look(
         self, at: np.ndarray, status: np.ndarray, depth: np.ndarray, turned_force: np.ndarray | None

@@ -1,4 +1,16 @@
-"""Static contact with a road that is not flat: the same solver, on planes that follow the nodes."""
+"""Static contact with a road that is not flat: the same solver, on planes that follow the nodes.
+
+Without friction J(u) = 1/2 u.A u - b.u is to be least over g(x + u) >= 0. Each iteration solves that on the
+planes of the road at the nodes, with the road's own curvature as springs at the nodes that press on it,
+
+    C = - p grad^2 g    in hollows, 0 on hills,
+
+which makes it sequential quadratic programming: near the solution it converges as Newton's method does, and a
+body at the bottom of a hole, which the planes alone would let slide, is held there (J. Nocedal and S. Wright,
+Numerical Optimization, 2006, ch. 18). Far from it steps are shortened (`descent`) or bounded (`hold`), and a
+body that nothing holds is first brought to the road as a rigid one (`approach`). At the solution no spring
+pulls, so that they and their stiffness do not matter there.
+"""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -18,7 +30,7 @@ from model.tolerances import ON_ROAD, TOLERANCE
 
 ITERATIONS = 200  # ten times what the worst of twelve scenes on round and wavy roads takes
 IDLE = 5.0  # times the tolerance: what springs may still pull
-SHORT = 0.1  # steps of which only such a part is good are bounded
+SHORT = 0.1  # steps of which only a smaller part is good are bounded
 
 
 class CurvedContact:
@@ -152,7 +164,7 @@ class CurvedContact:
                     status,
                     solution.pressure_force,
                     np.inf if nothing_to_do else 10 * tolerance,
-                    solution.pressure_force[:, None] * planes.normal + turn,
+                    solution.pressure_force[:, None] * planes.normal + part * turn,
                 )
                 idle = solver.ranks.max(float(np.linalg.norm(pull))) <= IDLE * tolerance * force
                 if settled and idle and part == 1.0:
