@@ -283,7 +283,9 @@ class Multigrid:
         self.held = self.rubs = np.zeros(0, dtype=np.int64)
         self.last, self.springs = self.status.copy(), loop.springs
         self.by_pressure, self.support = np.zeros((loop.nodes.size, d)), np.zeros((loop.nodes.size, d, d))
-        self.zero, self.x, self.direction, self.product = (np.zeros(loop.shape) for _ in range(4))
+        self.zero, self.x, self.direction, self.product, self.before = (
+            np.zeros(loop.shape) for _ in range(5)
+        )
         self.best = np.zeros(loop.shape)
         self._defect = defect(d)
         self._condensed: Condensation | None = None
@@ -376,11 +378,11 @@ class Multigrid:
         if loop.friction is not None and np.any(status == Status.SLIP):
             record.cycles += self._with_friction(r, wanted, status)
         else:
+            self.before[:] = r
             record.cycles += self._conjugate_gradients(r, wanted)
         if loop.friction is None:
-            self._defect(loop.A, self.zero, x, self.product)
-            r -= self.product
-            np.negative(self.product, out=self.product)
+            np.subtract(self.before, r, out=self.product)  # A x where nothing is held
+            r[:] = self.before
             projected_search(loop.A, r, x, self.product, loop.contact, u, status)
             return False
         u += x
@@ -564,8 +566,9 @@ class CoarserMesh:
         copies = np.flatnonzero(np.diff(weights[0].indptr) == 1)
         self.coordinates = np.zeros((loop.shape[0], coordinates.shape[1]))
         self.coordinates[weights[0][copies].indices] = coordinates[copies]
-        self.correction: Any = None  # on the coarsest mesh direct, factorised when first used
-        if len(weights) > 1:
+        if len(weights) == 1:
+            self.correction: Any = condensation(loop, self.coordinates)
+        else:
             coarser = CoarserMesh(loop, levels[1:], weights[1:], self.coordinates)
             rigid = RigidModes(bsr(loop.A), self.coordinates, nodes)
             self.correction = Multigrid(loop, levels[1:], rigid, inject(rigid.modes, weights[1:]), coarser)
@@ -577,14 +580,12 @@ class CoarserMesh:
     def update_normals(self, fine: NodeLoop) -> None:
         """Follow the new normals of the finer mesh."""
         self.loop.update_normals(fine.frame[self.copies, 0])
-        if self.correction is not None:
-            self.correction.update_normals()
+        self.correction.update_normals()
 
     def first_guess(self, fine: NodeLoop, u: np.ndarray, status: np.ndarray, record: Record) -> None:
-        """Correct u (N, d) and status (n,) of the fine mesh by the coarser solution."""
-        level, coarse = self.level, self.loop
-        r = np.zeros(fine.shape)
-        defect(fine.shape[1])(fine.A, fine.b, u, r)
+        """Correct u (N, d) and status (n,) of the fine mesh, whose residual is known, by the coarser solution."""
+        level, coarse, r = self.level, self.loop, fine.R
+        r[fine.nodes] -= fine.force
         b = np.zeros(coarse.shape)
         level.transfers.restrict(level.P, level.children, r, b)
         way = fine.sticking_place(self.copies) - u[fine.nodes[self.copies]]
@@ -592,8 +593,6 @@ class CoarserMesh:
         coarse.set_load(b, fine.gaps(u, status)[self.copies], way, fine.contact.state[self.copies])
         e = np.zeros(coarse.shape)
         in_contact = coarse.start(e, status[self.copies])
-        if self.correction is None:
-            self.correction = condensation(coarse, self.coordinates)
         with suppress(NotConverged):  # a guess is a guess
             # the coarsest answer is exact: it must have found the nodes that hold the body
             wanted = max(NESTED, record.tolerance) if isinstance(self.correction, Multigrid) else 1e-6
