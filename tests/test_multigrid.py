@@ -10,7 +10,16 @@ import pytest
 from scipy.sparse import bsr_array, random_array
 
 from forms import Anisotropic, Elasticity, Isotropic, Support
-from geometry import Body, Plane, box, half_ball, half_cylinder_gmsh, half_cylinder_nested, rectangle
+from geometry import (
+    Body,
+    Plane,
+    box,
+    half_ball,
+    half_cylinder_gmsh,
+    half_cylinder_nested,
+    rectangle,
+    tread_block,
+)
 from model import (
     ContactSolver,
     MassRedistribution,
@@ -230,6 +239,19 @@ def test_cycles_with_friction_in_space():
     path = list(follow(ContactSolver(problem, "multigrid"), loads, tolerance=1e-8))
     assert all({Status.SLIP, Status.STICK} <= set(step.status) for step in path[1:])
     assert max(step.cycles for step in path) <= 16
+
+
+def test_coarser_meshes_know_what_only_the_contact_holds():
+    """A tread of rubber: its platen is free to sink, whatever the Galerkin products round."""
+    body = Body.from_grid(tread_block((3, 2), (8.0, 8.0), (2.0, 2.0), 6.0, 4.0, 4.0), 2)
+    elasticity = Elasticity(body, Isotropic(5.0, 0.45), mean_dilatation=True)
+    support = Support(body).platen("top").fix("top", x=0.0, y=0.0)
+    system = elasticity.system(elasticity.total_force("top", (0.0, 0.0, -10.0)), support)
+    problem = BodyOnRoad(system, "bottom", Plane((0, 0, 0), (0, 0, 1))).problem
+    solution = solve(problem, "multigrid", tolerance=1e-8)
+    assert np.all(solution.status != Status.FREE)
+    assert solution.sweeps <= 4
+    assert solution.cycles <= 24
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -1,5 +1,6 @@
 """Rigid modes: motions that A does not resist, and whether the road can."""
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -145,6 +146,17 @@ class RigidModes:
         """The modes (k, d, m) at nodes (k,)."""
         N, d = self.coordinates.shape
         return self.modes.reshape(N, d, -1)[nodes]
+
+    def of_coarser_mesh(self, kept: np.ndarray, nodes: np.ndarray) -> "RigidModes":
+        """The modes of a mesh that keeps nodes (k,) of this one, its candidates (n,) numbered among them.
+
+        Looked for in a Galerkin product they may be missed: its rounding passes for stiffness.
+        """
+        coarser = copy(self)
+        coarser.coordinates, coarser.nodes, coarser._body = self.coordinates[kept], nodes, self._body[kept]
+        coarser.turning = None if self.turning is None else self.turning[kept]
+        coarser.modes = np.linalg.qr(self.at(kept).reshape(-1, self.count))[0]
+        return coarser
 
     def part_of(self, u: np.ndarray) -> np.ndarray:
         """The rigid part (N, d) of a displacement (N, d)."""

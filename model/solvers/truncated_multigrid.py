@@ -312,9 +312,9 @@ class Multigrid:
         sprung = loop.springs is not None  # coarser loops have no springs
         if self.coarser is not None and not sprung and loop.residual(u, status) > record.tolerance:
             self.coarser.first_guess(loop, u, status, record)
-        best, best_status, idle, steady, turned = np.inf, status.copy(), 0, 0, False
+        best, best_status, idle, steady, at_once = np.inf, status.copy(), 0, 0, False
         while True:
-            if not turned:  # else what the others did belongs to a slip that has been stopped since
+            if not at_once:  # else what the others did belongs to a slip that has been stopped since
                 loop.sweep(u, status)
             residual = loop.residual(u, status)
             if record.finished(residual):
@@ -332,7 +332,7 @@ class Multigrid:
             rubs = self.rubs
             with supported(self.cycle.levels[0], loop.nodes[rubs], self.support[rubs]):
                 steady = 0 if self._truncate(status) else steady + 1
-                turned = self._correct(u, status, record, steady)
+                at_once = self._correct(u, status, record, steady)
 
     def take_time_steps(self) -> None:
         """Serve the steps of a run in time, whose loads are rough, and whose matrices hold much mass.
@@ -356,7 +356,8 @@ class Multigrid:
     def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int) -> bool:
         """Solve for the unknowns that are linear at present, to a third while the contact set still changes.
 
-        Return whether slip would have turned round, and was stopped.
+        Return whether the next correction comes at once: slip would have turned round, and was stopped, or a
+        node has come to the road.
         """
         loop, r, x = self.loop, self.loop.R, self.x
         scale = loop.load_size + float(np.linalg.norm(loop.force))
@@ -367,7 +368,7 @@ class Multigrid:
             motion = (kernel @ drive).reshape(r.shape)
             driven = np.linalg.norm(drive) > BALANCE * scale
             if driven and self._follow_to_next_node(motion, u, status):
-                return False
+                return True  # a sweep would lift the node again, where what bends the body is not yet gone
             r -= motion
         residual = record.history[-1]
         if steady == 0:
@@ -549,13 +550,11 @@ class CoarserMesh:
         The finer mesh and all coarser ones.
     weights : list of csr_array
         Scalar prolongations from the coarser mesh and the ones below.
-    coordinates : (N, d)
+    rigid : RigidModes
         Of the finer mesh, to see which rigid motions the contact must hold.
     """
 
-    def __init__(
-        self, fine: NodeLoop, levels: list[Level], weights: Sequence[csr_array], coordinates: np.ndarray
-    ):
+    def __init__(self, fine: NodeLoop, levels: list[Level], weights: Sequence[csr_array], rigid: RigidModes):
         self.level = levels[0]
         at_candidates = weights[0][fine.nodes]
         self.copies = np.flatnonzero(
@@ -564,13 +563,13 @@ class CoarserMesh:
         nodes = at_candidates[self.copies].indices
         self.loop = loop = NodeLoop(levels[1].A, nodes, fine.frame[self.copies, 0], fine.friction)
         copies = np.flatnonzero(np.diff(weights[0].indptr) == 1)
-        self.coordinates = np.zeros((loop.shape[0], coordinates.shape[1]))
-        self.coordinates[weights[0][copies].indices] = coordinates[copies]
+        kept = np.empty_like(copies)
+        kept[weights[0][copies].indices] = copies
+        rigid = rigid.of_coarser_mesh(kept, nodes)
         if len(weights) == 1:
-            self.correction: Any = condensation(loop, self.coordinates)
+            self.correction: Any = condensation(loop, rigid)
         else:
-            coarser = CoarserMesh(loop, levels[1:], weights[1:], self.coordinates)
-            rigid = RigidModes(bsr(loop.A), self.coordinates, nodes)
+            coarser = CoarserMesh(loop, levels[1:], weights[1:], rigid)
             self.correction = Multigrid(loop, levels[1:], rigid, inject(rigid.modes, weights[1:]), coarser)
         self.weights = at_candidates[:, nodes]
         self.between = (
@@ -583,7 +582,10 @@ class CoarserMesh:
         self.correction.update_normals()
 
     def first_guess(self, fine: NodeLoop, u: np.ndarray, status: np.ndarray, record: Record) -> None:
-        """Correct u (N, d) and status (n,) of the fine mesh, whose residual is known, by the coarser solution."""
+        """Correct u (N, d) and status (n,) of the fine mesh by the coarser solution.
+
+        The residual at u must be the last that the fine loop has computed.
+        """
         level, coarse, r = self.level, self.loop, fine.R
         r[fine.nodes] -= fine.force
         b = np.zeros(coarse.shape)
@@ -610,12 +612,12 @@ class CoarserMesh:
         place_on_road(fine, u, status)
 
 
-def condensation(loop: NodeLoop, coordinates: np.ndarray) -> Condensation:
+def condensation(loop: NodeLoop, rigid: RigidModes) -> Condensation:
     """The correction `direct` on a coarse mesh, with a unit diagonal where truncation left nothing."""
     A = bsr(loop.A)
     empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
     A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
-    return Condensation(A, loop, RigidModes(A, coordinates, loop.nodes))
+    return Condensation(A, loop, rigid)
 
 
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidModes) -> Multigrid:
@@ -627,7 +629,7 @@ def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidMo
         if number == 0:
             truncate_prescribed(P, loop.uncoupled)
         levels.append(coarsen(levels[-1], P, weights.shape[1]))
-    coarser = CoarserMesh(loop, levels, prolongations, rigid.coordinates)
+    coarser = CoarserMesh(loop, levels, prolongations, rigid)
     return Multigrid(loop, levels, rigid, inject(rigid.modes, prolongations), coarser)
 
 
