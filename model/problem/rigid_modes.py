@@ -155,7 +155,7 @@ class RigidModes:
         coarser = copy(self)
         coarser.coordinates, coarser.nodes, coarser._body = self.coordinates[kept], nodes, self._body[kept]
         coarser.turning = None if self.turning is None else self.turning[kept]
-        coarser.modes = np.linalg.qr(self.at(kept).reshape(-1, self.count))[0]
+        coarser.modes = np.linalg.qr(self.at(kept).reshape(coarser.coordinates.size, self.count))[0]
         return coarser
 
     def part_of(self, u: np.ndarray) -> np.ndarray:
