@@ -22,7 +22,7 @@ from numba import njit
 
 TINY = 1e-11  # pivots of size 1 and below are taken for rounding
 NOTHING = 1e-13  # of the pressing at first: where it goes with the friction bounds, 1e-16 to 1e-14 are left
-PIVOTS = 50  # for each unknown; everyday scenes take two for each
+PIVOTS = 5  # for each unknown; everyday scenes take two for each at most
 
 
 @njit(cache=True, error_model="numpy")

@@ -3,8 +3,8 @@
 A Newton step solves for what the loop has decided (free, slip, stick), the friction force of slipping nodes
 following their pressure and slip; the loop then decides again. A chain of steps counts if the natural
 residual falls (a watchdog, Chamberlain et al., Math. Program. Study 16 (1982)). Otherwise pivoting decides
-from nothing. Where that comes to no end, or the law is not Coulomb's, the friction bounds are held at what
-they are. That leaves a convex problem,
+from nothing. Where that comes to no end, or the law is not Coulomb's, or the problem in space is large, the
+friction bounds are held at what they are. That leaves a convex problem,
 
     J(u) = 1/2 u.S u - b.u + sum bound |slip|  is least over  gap + n.u >= 0,                           (1)
 
@@ -42,6 +42,9 @@ ENOUGH = 0.1  # of the residual: a Newton step that leaves no more needs no swee
 PATIENCE = 20  # chains, pivotings and convex problems without half the residual
 STEPS = 30  # of a convex problem
 EDGES = 8  # of the polygon that stands for a friction disc where pivoting decides
+ROWS = (
+    300  # of a tableau of polygons: a pivot takes 0.1 ms, of 1,200 rows 3 ms, and there are as many as rows
+)
 POLYGONS = 4  # one after the other, each turned to the last one's answer
 HALVINGS = 10  # of a Newton step whose energy does not fall
 
@@ -595,7 +598,8 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
     R = np.empty_like(u)
     place_all_on_surface(contact, u, status)
     best = judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
-    idle, lowest, pivots = 0, best, True
+    idle, lowest = 0, best
+    pivots = u.shape[1] == 2 or u.shape[0] * (1 + EDGES) <= ROWS
     kept, kept_status = u.copy(), status.copy()
     while idle < PATIENCE:
         enough = max(tolerance, rounding_of(arrays, b, u, force))

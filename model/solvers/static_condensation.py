@@ -30,7 +30,6 @@ from model.node_loop.blocks import FUSED
 from model.node_loop.contact_sweep import FREE, place_all_on_surface
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import (
-    BALANCE,
     SEEN,
     RigidModes,
     determinate_unknowns,
@@ -250,7 +249,7 @@ class Condensation:
             gaps_with(contact, free, self._columns, self._row, self._place, force, self._active, after)
             missed = worst(after, selected, tiny)
             if not missed.size and self.rigid.count == self.pins.size:
-                missed = self._next_on_the_way(active, force, power, after, BALANCE * size)
+                missed = self._next_on_the_way(active, force, power, after, slight)
             selected[missed] = True
         if not force.size and size == 0.0:  # nothing pushes: what increments would leave is rounding
             u[:] = 0.0
