@@ -335,7 +335,7 @@ def note_creepage(P, nu, cells, steps, part=0.75, finite=True):
 SMALL = 100.0  # N/mm, a hundredth of the paper's load
 found = note_creepage(SMALL, 0.49, *((6, 1) if scene.quick else (8, 4)))
 where = "Carter, (mu a / R) (1 - sqrt(1 - Q / (mu P)))"
-scene.result("creepage", found.creepage, "1, Q = 0.75 mu P, nu = 0.49", found.closed.creepage, where)
+scene.result("creepage", found.creepage, "1", found.closed.creepage, where)
 if not scene.quick:
     for cells, steps in ((4, 1), (8, 2), (8, 4), (16, 4)):  # mesh and step
         note_creepage(SMALL, 0.49, cells, steps, finite=False)

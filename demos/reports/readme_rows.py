@@ -14,6 +14,7 @@ ROWS = [
     ("ring: energy gained, mass redistribution", RING, "max_energy_gain_relative[mu=0,mass redistribution]"),
     ("ring: steps a period of the waves at impact", RING, "steps_per_wave_period"),
     ("finite strain: from sliding to rolling", "rolling_ring", "sliding_to_rolling_time"),
+    ("finite strain: Carter's creepage", "finite_strain", "creepage"),
     ("tread block: largest strain, for a linear model", "tread_block", "largest_strain[2-D]"),
     ("everyday scenes without friction: not converged", "everyday_scenes", "not converged[no friction]"),
     ("extreme cases judged wrong", "extreme_cases", "wrong"),
