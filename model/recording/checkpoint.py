@@ -121,6 +121,8 @@ def load_checkpoint(path: str | Path, integrator: TimeIntegrator, history: Histo
             arrays = {name: file[name] for name in file.files}
         run = str(arrays["run"])
         same = run == fingerprint(integrator) and not integrator.body.exchanges
+        if history is not None and integrator.body.exchanges:
+            raise ValueError("on several ranks a history does not go on from a file; leave it out")
         if not same and (str(arrays["scene"]) != scene(integrator) or history is not None):
             raise ValueError(f"it is of another run ({run.split()[0]})")
         values = {name[6:]: value for name, value in arrays.items() if name.startswith("state_")}
