@@ -25,7 +25,7 @@ from model.ranks.shared_rigid_modes import SharedRigidModes
 from model.solvers.compiling import announce_compilation
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.truncated_multigrid import FORCING, GUESSES, KRYLOV, UNSTEADY, free_directions, supported
+from model.solvers.truncated_multigrid import GUESSES, KRYLOV, UNSTEADY, forcing, free_directions, supported
 
 
 class SharedLoop(NodeLoop):
@@ -314,7 +314,7 @@ class SharedSolver:
                 R[: exchange.owned] = loop.R
                 self._project(R)
                 missing = np.sqrt(exchange.dot(R, R))
-                part = 0.0 if loop.friction is None else min(UNSTEADY, record.history[-1] ** FORCING)
+                part = 0.0 if loop.friction is None else forcing(record.history)
                 part = UNSTEADY if steady == 0 else part
                 wanted = max(part * missing, 0.3 * record.tolerance * loop.scale)
                 x, cycles = self._correction(R, wanted, status)

@@ -46,7 +46,10 @@ from model.solvers.static_condensation import Condensation
 UNSTEADY = (
     0.3  # part of the defect that corrections leave while the contact set changes; 0.1 and 0.2 cost more
 )
-FORCING = 1.5  # inexact Newton: R. S. Dembo, S. C. Eisenstat, T. Steihaug, SIAM J. Numer. Anal. 19 (1982)
+FORCING = (
+    0.9,
+    2.0,
+)  # choice 2, gamma and alpha, of S. C. Eisenstat, H. F. Walker, SIAM J. Sci. Comput. 17 (1996)
 PATIENCE = 8  # rounds in which the residual need not fall; then the problem is condensed
 FALL = 0.9  # of the residual is progress
 KRYLOV = 30  # cycles in one correction at most
@@ -370,11 +373,9 @@ class Multigrid:
             if driven and self._follow_to_next_node(motion, u, status):
                 return True  # a sweep would lift the node again, where what bends the body is not yet gone
             r -= motion
-        residual = record.history[-1]
-        if steady == 0:
-            part = UNSTEADY
-        else:  # without friction the problem is linear now; with it Newton's step is no better than that
-            part = 0.0 if loop.friction is None else min(UNSTEADY, residual**FORCING)
+        # without friction the problem is linear now
+        newton = 0.0 if loop.friction is None else forcing(record.history)
+        part = UNSTEADY if steady == 0 else newton
         wanted = max(part * float(np.linalg.norm(r)), 0.3 * record.tolerance * scale)
         if loop.friction is not None and np.any(status == Status.SLIP):
             record.cycles += self._with_friction(r, wanted, status)
@@ -522,6 +523,15 @@ class Multigrid:
         )
         self.x[:] = x.reshape(loop.shape)
         return cycles
+
+
+def forcing(history: Sequence[float]) -> float:
+    """Part of the defect that a step of Newton's may leave: the less, the more the step before has done.
+
+    Where friction turns fast, at the onset of sliding, steps halve the residual however exact they are.
+    """
+    factor, power = FORCING
+    return min(UNSTEADY, factor * (history[-1] / history[-2:][0]) ** power)
 
 
 def free_directions(loop: NodeLoop, numbers: np.ndarray, status: np.ndarray) -> np.ndarray:
