@@ -91,3 +91,10 @@ def test_bodies_that_roll_or_fall_far_to_where_they_rest(number):
     """By 0.1 to 12 times their size, under loads that hardly bend them; one lets go of the road."""
     outcome = tried(drawn(number))
     assert outcome["outcome"] == "solved", outcome["said"]
+
+
+def test_what_friction_alone_could_hold_is_said_to_turn():
+    """A tower pinned above the one node that touches, mu = 0.01: that does not keep it from turning."""
+    outcome = tried(drawn(3000495))
+    assert outcome["outcome"] == "not converged"
+    assert "friction, which alone could hold the body against a rotation about" in outcome["said"]

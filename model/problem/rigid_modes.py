@@ -188,6 +188,11 @@ class RigidModes:
             or (bool(np.any(mu)) and self._balanced(b, normal, mu, tolerance))
         )
 
+    def held_by_friction(self, b: np.ndarray, normal: np.ndarray) -> str:
+        """Say into which motion the load (N, d) would drive the body without friction; "" if into none."""
+        left, _ = self._unbalanced(b, self._work(normal, 0.0), BALANCE) if self.count else (np.zeros(0), None)
+        return self.in_words(left) if left.any() else ""
+
     def _balanced(self, b: np.ndarray, normal: np.ndarray, mu: Any, tolerance: float) -> bool:
         """Tell whether forces within the friction cones balance a load (N, d) on the modes.
 

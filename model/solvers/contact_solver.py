@@ -393,9 +393,14 @@ class ContactSolver:
             )
 
     def _carried_off(self) -> list[str]:
-        """Say that the body, let go, would never come to rest, if so."""
+        """Say that the body, let go, would never come to rest, or that friction alone holds it, if so."""
         if not self._away:
-            return []
+            motion = self.rigid.held_by_friction(self.loop.b, self.loop.normal)
+            said = [
+                f"friction, which alone could hold the body against {motion} and may give less than that "
+                "takes: fix the body, or take smaller load steps"
+            ]
+            return said if motion else []
         return [
             f"the load, which carries the body off in {self._away} without end, for only friction could hold "
             "it: load it towards the road or fix it"
