@@ -23,6 +23,6 @@ for grid in (rectangle(4.0, 1.0, 4, 2), box(4.0, 1.0, 1.0, 4, 1, 2)):
         for correction in ("none", "direct", "multigrid", "algebraic"):
             solver = ContactSolver(contact.problem, correction)
             list(follow(solver, [0.5 * contact.problem.b, contact.problem.b], tolerance=1e-6))
-        contact.look(solve(contact))
+        contact.check_strain(solve(contact))
         scheme = MassRedistribution(MovingBody.from_contact(contact), dt=1e-3)
         scheme.run(scheme.start(contact.displacement(solve(contact))), 2)

@@ -1,4 +1,4 @@
-"""Forms to arrays: compiled, assembled, and looked at before any work is done on them."""
+"""Forms to arrays: checked, compiled and assembled."""
 
 from __future__ import annotations
 

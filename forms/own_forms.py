@@ -1,4 +1,4 @@
-"""The door for the user's own forms: looked at, compiled, assembled, and made a system with supports."""
+"""The user's own forms, checked, compiled, assembled, and made a system with supports."""
 
 from __future__ import annotations
 

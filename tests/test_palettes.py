@@ -8,7 +8,7 @@ from matplotlib import colormaps
 from matplotlib.colors import to_rgb
 
 from model.figures.contact_map import MARKS
-from model.figures.figures import COLOUR_MAP, LOOKS
+from model.figures.figures import COLOUR_MAP, STYLES
 
 # G. Machado, M. Oliveira, L. Fernandes, IEEE Trans. Vis. Comput. Graph. 15 (2009) 1291-1298, full severity.
 EYES = {
@@ -61,9 +61,9 @@ def test_the_colour_map_rises_in_lightness(eyes):
 
 @pytest.mark.parametrize("eyes", EYES)
 def test_lines_are_told_apart(eyes):
-    for one, other in combinations(LOOKS, 2):
+    for one, other in combinations(STYLES, 2):
         assert one["marker"] != other["marker"] and one["linestyle"] != other["linestyle"]
     if eyes != "grey":  # where mark and dash must do
-        for one, other in combinations(LOOKS[:4], 2):
+        for one, other in combinations(STYLES[:4], 2):
             assert apart(one["color"], other["color"], eyes) > 15
-    assert all(apart(look["color"], "white", eyes) > 25 for look in LOOKS)
+    assert all(apart(style["color"], "white", eyes) > 25 for style in STYLES)

@@ -1,4 +1,4 @@
-"""Pictures that one lesson or study needs, in the look of `model.figures`."""
+"""Pictures that one lesson or study needs, in the style of `model.figures`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -12,7 +12,7 @@ from model import Status
 from model.figures.contact_map import MARKS, contact_map, cut_figure
 from model.figures.figures import (
     COLOUR_MAP,
-    LOOKS,
+    STYLES,
     body_picture,
     new_figure,
     outlines,
@@ -61,9 +61,9 @@ def lines_figure(
 ) -> Figure:
     """Draw lines (x, y) by label, with marks where there are several, and levels in grey by label."""
     figure, axes = new_figure(xlabel, ylabel, title)
-    for look, (label, (x, y)) in zip(LOOKS, lines.items()):
+    for style, (label, (x, y)) in zip(STYLES, lines.items()):
         marks = {} if len(lines) > 1 else {"marker": "", "linewidth": 1}
-        axes.plot(x, y, label=label, **(look | {"markersize": 4} | marks))
+        axes.plot(x, y, label=label, **(style | {"markersize": 4} | marks))
     for label, level in (levels or {}).items():
         axes.axhline(level, color="0.5", linestyle="--", label=label)
     axes.legend(frameon=False)
@@ -170,8 +170,8 @@ def loops_of_force(
     left.plot(u, Q, "ko", ms=4, label="computed")
     left.set(xlabel="displacement of the end (m)", ylabel="pull Q (N)", title="to and fro")
     left.locator_params(axis="x", nbins=5)
-    for look, (name, values) in zip(LOOKS, shear.items()):
-        right.plot(x, values, label=name, markersize=4, markevery=2, **look)
+    for style, (name, values) in zip(STYLES, shear.items()):
+        right.plot(x, values, label=name, markersize=4, markevery=2, **style)
     right.axhline(limit, color="0.5", linestyle=":", label=r"$\mu w$")
     right.set(xlabel="x (m)", ylabel="friction (N/m)", title="the same loads in the end")
     left.legend()
@@ -219,11 +219,11 @@ def what_a_cycle_does(
 ) -> Figure:
     """Draw errors (m) along a string by name, and residuals over cycles by the number of nodes."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), layout="constrained")
-    for look, (name, error) in zip(LOOKS, errors.items()):
-        left.plot(x, 1e3 * error, label=name, **(look | {"marker": ""}))
+    for style, (name, error) in zip(STYLES, errors.items()):
+        left.plot(x, 1e3 * error, label=name, **(style | {"marker": ""}))
     left.set(xlabel="x (m)", ylabel="error (mm)", title="rough, smooth, gone")
-    for look, (n, history) in zip(LOOKS, histories.items()):
-        right.semilogy(range(1, len(history) + 1), history, label=f"{n} nodes", markersize=4, **look)
+    for style, (n, history) in zip(STYLES, histories.items()):
+        right.semilogy(range(1, len(history) + 1), history, label=f"{n} nodes", markersize=4, **style)
     right.set(xlabel="cycles", ylabel="residual (loads of a node)", title="as many on each mesh")
     left.legend()
     right.legend(fontsize=8)
@@ -250,9 +250,9 @@ def panels_of_impacts(runs: Mapping[str, Any], exact: Any) -> Figure:
         len(rows), len(runs), figsize=size, sharex=True, sharey="row", layout="constrained", squeeze=False
     )
     for line, (label, quantity, exact, limits) in zip(axes, rows):
-        for panel, run, look in zip(line, runs.values(), LOOKS):
+        for panel, run, style in zip(line, runs.values(), STYLES):
             panel.plot(fine, exact, color="0.75", linewidth=3.5)
-            panel.plot(run["time"], quantity(run), color=look["color"], linewidth=1)
+            panel.plot(run["time"], quantity(run), color=style["color"], linewidth=1)
             panel.grid(color="0.9", linewidth=0.6)
         line[0].set(ylabel=label, ylim=limits)
     for panel, title in zip(axes[0], runs):
@@ -273,9 +273,9 @@ def area_and_friction(paths: Mapping[str, Any], mu: float) -> Figure:
         Coulomb's coefficient, a line.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.6, 3.8), layout="constrained")
-    for look, (name, path) in zip(LOOKS, paths.items()):
+    for style, (name, path) in zip(STYLES, paths.items()):
         pressing = path.way == 0
-        kept = {"label": name, "markerfacecolor": "none", **look}
+        kept = {"label": name, "markerfacecolor": "none", **style}
         left.plot(np.append(0, path.pressure[pressing]), np.append(0, path.area[pressing]), **kept)
         few = max(1, np.count_nonzero(~pressing) // 12)
         right.plot(path.way[~pressing], path.friction[~pressing], markevery=few, **kept)
@@ -389,8 +389,8 @@ def spectrum_figure(
     """Draw power spectral densities ((m/s)^2/Hz) over frequencies (Hz), and a band in grey."""
     figure, axes = new_figure("frequency (Hz)", "velocity spectrum ((m/s)$^2$/Hz)", title, (7.5, 4.5))
     axes.axvspan(*band, color="0.9", zorder=0, label="v / wavelengths of the road")
-    for look, (name, (frequency, power)) in zip(LOOKS, spectra.items()):
-        line = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
+    for style, (name, (frequency, power)) in zip(STYLES, spectra.items()):
+        line = {"color": style["color"], "linestyle": style["linestyle"], "linewidth": 1.2}
         axes.loglog(frequency[1:], power[1:], label=name, **line)
     axes.set(xlim=(4, 400), ylim=(2e-5, 0.3))
     axes.legend(framealpha=1.0, fontsize="small", loc="lower left")
@@ -400,8 +400,8 @@ def spectrum_figure(
 def forces_and_contacts(histories: Mapping[str, Any]) -> Figure:
     """Draw the force of the road, and how many nodes touch, over time, for each run by its title."""
     figure, panels = plt.subplots(2, 1, figsize=(8, 5.5), sharex=True, layout="constrained")
-    for look, (name, history) in zip(LOOKS, histories.items()):
-        line = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1, "label": name}
+    for style, (name, history) in zip(STYLES, histories.items()):
+        line = {"color": style["color"], "linestyle": style["linestyle"], "linewidth": 1, "label": name}
         for panel, column in zip(panels, ("force_y", "contacts")):
             panel.plot(history["time"], history[column], **line)
     panels[0].set(ylabel="force of the road, upwards (N/m)")
@@ -441,7 +441,7 @@ def way_over_the_road(
         moved = body.coordinates + u
         cells = list(moved[outlines(body.cells)])
         way.add_collection(PolyCollection(cells, facecolor="white", edgecolor="0.4", linewidth=0.1))
-        way.plot(*moved[node], "o", color=LOOKS[2]["color"], markersize=3)
+        way.plot(*moved[node], "o", color=STYLES[2]["color"], markersize=3)
         way.text(
             moved[:, 0].mean(), moved[:, 1].max() + 0.05, f"{time:.1f} s", ha="center", fontsize="x-small"
         )

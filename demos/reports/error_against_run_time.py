@@ -39,7 +39,7 @@ from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, box, half_cylinder, half_cylinder_gmsh
 from model import BodyOnRoad, ContactSolver, NotConverged, Status, follow, solve
 from model.closed_forms.hertz import HertzCylinder
-from model.figures.figures import LOOKS, convergence_figure
+from model.figures.figures import STYLES, convergence_figure
 from model.solvers.factorisation import factorised
 
 scene = Scene(
@@ -562,14 +562,14 @@ labels = {
 }
 figure, panels = plt.subplots(2, 2, figsize=(9.6, 7.2), layout="constrained", sharex=True)
 for axes, (quantity, label) in zip(panels.flat, labels.items(), strict=True):
-    for look, (name, times) in zip(LOOKS, seconds.items(), strict=False):
+    for style, (name, times) in zip(STYLES, seconds.items(), strict=False):
         common = [k for k in levels if k < levels[-1] and k in times]
         axes.loglog(
             [times[k] for k in common],
             [errors[quantity][k] for k in common],
             label=name,
             markerfacecolor="none",
-            **look,
+            **style,
         )
     axes.set(
         title=label, xlabel="seconds, set-up included", ylabel="error against the mesh-converged solution"

@@ -44,7 +44,7 @@ class _FacetRoad:
         points = check_points(self, self.dim, points)
         gap, normal, foot = np.empty(len(points)), np.empty(points.shape), np.empty(points.shape)
         nearest = self._nearest_facets(points)
-        _look(self._surface, self._at_corner, self._at_edge, nearest, points, gap, normal, foot)
+        _nearest_points(self._surface, self._at_corner, self._at_edge, nearest, points, gap, normal, foot)
         return gap, normal, foot
 
     def _nearest_facets(self, points: np.ndarray) -> np.ndarray:
@@ -207,7 +207,7 @@ class PolylineRoad(_FacetRoad):
 
 
 @njit(cache=True, error_model="numpy")
-def _look(surface, at_corner, at_edge, nearest, points, gap, normal, foot):
+def _nearest_points(surface, at_corner, at_edge, nearest, points, gap, normal, foot):
     """Fill gap (n,), normal and foot (n, dim), of points whose nearest facets (n,) are known."""
     dim, best = points.shape[1], np.empty(2)
     for n in range(points.shape[0]):

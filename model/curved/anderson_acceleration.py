@@ -1,4 +1,4 @@
-"""Anderson's extrapolation of an iteration x <- g(x) that creeps, or overshoots, towards its fixed point.
+"""Anderson's extrapolation of a fixed-point iteration x <- g(x) that converges slowly, or overshoots.
 
 Source: D. G. Anderson, J. ACM 12 (1965); H. F. Walker and P. Ni, SIAM J. Numer. Anal. 49 (2011).
 """

@@ -368,7 +368,7 @@ class MovingBody:
     def floats(self) -> bool:
         """Whether the body can be moved without straining it: then a common translation is left out of K u.
 
-        A body that has travelled far would otherwise owe all its strain to rounding errors.
+        Of a body that has travelled far, strain would otherwise be rounding error alone.
         """
         ones = np.tile(np.eye(self.dim), (self.coordinates.shape[0], 1))
         ranks = self.ranks

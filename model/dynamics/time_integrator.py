@@ -407,7 +407,7 @@ class TimeIntegrator(ABC):
             **fields,
         )
         if self.body.limits is not None:
-            self.body.limits.look(self.body.expand(state.displacement))
+            self.body.limits.check(self.body.expand(state.displacement))
         return self.supported(state)
 
     def mean_load(self, before: State) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The demos' figures: one look, axes with units, readable in grey.
+"""The demos' figures: one style, axes with units, readable in grey.
 
 Lines differ in marker and dash as well as in colour, colour maps run from dark to light. Every function
 returns a matplotlib figure for `Scene.figure`.
@@ -23,7 +23,7 @@ DASHES: list[tuple[int, ...]] = [
     *[(), (4, 2), (6, 2, 1, 2), (1, 2), (5, 1), (3, 1, 1, 1), (1, 3), (8, 2), (4, 2, 1, 2)],
     *[(1, 1), (10, 3), (6, 1, 1, 1, 1, 1)],
 ]
-LOOKS: list[dict[str, Any]] = [
+STYLES: list[dict[str, Any]] = [
     {"color": color, "marker": marker, "linestyle": (0, dash) if dash else "-"}
     for color, marker, dash in zip(cycle(COLOURS), "Dos^vxP*+<>p", DASHES)
 ]
@@ -109,11 +109,11 @@ def pressure_figure(
     figure, axes = new_figure("x (mm)", "stress (MPa)", title)
     reach = 1.5 * half_width
     fine = half_width * np.concatenate([[-1.5], np.sin(np.linspace(-np.pi / 2, np.pi / 2, 801)), [1.5]])
-    for look, (label, function) in zip(cycle(LOOKS), exact.items()):
-        axes.plot(fine, function(fine), label=label, color=look["color"], linestyle=look["linestyle"])
+    for style, (label, function) in zip(cycle(STYLES), exact.items()):
+        axes.plot(fine, function(fine), label=label, color=style["color"], linestyle=style["linestyle"])
     near = np.abs(x) <= reach
-    for look, (label, values) in zip(cycle(LOOKS), computed.items()):
-        mark = {"marker": look["marker"], "color": look["color"], "markerfacecolor": "none"}
+    for style, (label, values) in zip(cycle(STYLES), computed.items()):
+        mark = {"marker": style["marker"], "color": style["color"], "markerfacecolor": "none"}
         axes.plot(x[near], values[near], linestyle="none", markersize=5, label=label, **mark)
     axes.set_xlim(-reach, reach)
     axes.legend(frameon=False)
@@ -164,8 +164,8 @@ def stick_slip_figure(
     order, height = np.argsort(x), bound.max()
     axes.axvspan(*sticks, color="0.92", linewidth=0, label="sticks")
     fine = half_width * np.concatenate([[-1.4], np.sin(np.linspace(-np.pi / 2, np.pi / 2, 801)), [1.4]])
-    for look, (label, function) in zip(cycle(LOOKS), exact.items()):
-        axes.plot(fine, function(fine), label=label, color=look["color"], linestyle=look["linestyle"])
+    for style, (label, function) in zip(cycle(STYLES), exact.items()):
+        axes.plot(fine, function(fine), label=label, color=style["color"], linestyle=style["linestyle"])
     axes.plot(x[order], bound[order], color="0.5", linestyle=":", label=r"$\mu p$, computed")
     mark: dict[str, Any] = {"marker": "D", "markersize": 5, "color": "black", "markerfacecolor": "none"}
     axes.plot(x[order], traction[order], linestyle="none", label=r"$|\tau|$, computed", **mark)
@@ -215,9 +215,9 @@ def convergence_figure(
     """
     figure, axes = new_figure(xlabel, ylabel)
     axes.set(xscale="log", yscale="log")
-    for look, (label, values) in zip(cycle(LOOKS), errors.items()):
+    for style, (label, values) in zip(cycle(STYLES), errors.items()):
         x = size[label] if isinstance(size, Mapping) else size
-        axes.plot(x, values, label=label, markerfacecolor="none", markersize=5, **look)
+        axes.plot(x, values, label=label, markerfacecolor="none", markersize=5, **style)
     for dash, (label, floor) in zip(cycle([":", "--"]), (floors or {}).items()):
         axes.axhline(floor, color="0.5", linestyle=dash, linewidth=1, label=label)
     if order is not None:

@@ -1,4 +1,4 @@
-"""Figures and films of bodies in motion, in the look of `model.figures.figures`."""
+"""Figures and films of bodies in motion, in the style of `model.figures.figures`."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from model.atomic_file import write_aside
-from model.figures.figures import COLOUR_MAP, LOOKS, outlines
+from model.figures.figures import COLOUR_MAP, STYLES, outlines
 from model.recording.history import History
 
 
@@ -68,7 +68,7 @@ def bounce_figure(
         axes.add_collection(
             PolyCollection(list(polygons), facecolor="white", edgecolor="0.3", linewidth=0.25)
         )
-        axes.plot(*x[node], "o", color=LOOKS[2]["color"], markersize=3)
+        axes.plot(*x[node], "o", color=STYLES[2]["color"], markersize=3)
         axes.text(x[:, 0].mean(), x[:, 1].max() + 0.06, f"{time:.2f} s", ha="center", fontsize="x-small")
     axes.axhline(0.0, color="black", linewidth=1)
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
@@ -80,7 +80,7 @@ def bounce_figure(
         for label, shade, dash in zip(histories, ("0.6", "black", "0.3"), ("-", "-", "--")):
             times, values = histories[label]["time"], histories[label][f"{name}({point})"]
             panel.plot(times, values, color=shade, linestyle=dash, linewidth=1.1, label=label)
-        panel.axvline(touch, color=LOOKS[2]["color"], linestyle=":", label=f"{touch:.3f} s, free fall")
+        panel.axvline(touch, color=STYLES[2]["color"], linestyle=":", label=f"{touch:.3f} s, free fall")
         panel.set(xlabel="t (s)", ylabel=ylabel, title=f"${name[0]}_y$ of {point}")
         panel.grid(color="0.9", linewidth=0.6)
     figure.legend(*panel.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
@@ -117,10 +117,10 @@ def ledger_figure(histories: Mapping[str, History]) -> Figure:
     for (upper, lower), (title, history) in zip(axes.T, histories.items()):
         time = history["time"]
         columns = ["kinetic", "strain", "potential", "friction", "damping", "total"]
-        for column, look in zip(columns, cycle(LOOKS)):
+        for column, style in zip(columns, cycle(STYLES)):
             label = {"friction": "lost to friction", "damping": "lost to damping"}.get(column, column)
             if np.abs(history[column]).max() > 0.0:
-                line = {"color": look["color"], "linestyle": look["linestyle"]}
+                line = {"color": style["color"], "linestyle": style["linestyle"]}
                 upper.plot(time, history[column], label=label, **line)
         gained = history["total"] - history["total"][0]
         lower.plot(time, gained, color="0.7", linewidth=3.5, label="gained by the integrator")

@@ -79,7 +79,7 @@ class LinearLimits:
     --------
     >>> import numpy as np
     >>> limits = LinearLimits(np.array([[[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]]), np.array([[0, 1, 2]]))
-    >>> limits.look(np.array([[0.0, 0.0], [0.01, 0.0], [0.0, 0.0]]))
+    >>> limits.check(np.array([[0.0, 0.0], [0.01, 0.0], [0.0, 0.0]]))
     >>> limits.said
     False
     """
@@ -88,7 +88,7 @@ class LinearLimits:
         self.shape_gradients, self.cells = shape_gradients, np.asarray(cells)
         self.said = False
 
-    def look(self, u: np.ndarray) -> None:
+    def check(self, u: np.ndarray) -> None:
         """Look at displacements u (N, d) of the nodes; warn (BeyondLinear) where it is the first time."""
         if self.said:
             return

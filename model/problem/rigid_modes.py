@@ -129,7 +129,7 @@ class RigidModes:
     modes : (N d, m)
         Orthonormal.
     bearing : (k,)
-        Candidates, no more than modes, whose forces may balance the load that was looked at last; without
+        Candidates, no more than modes, whose forces may balance the load that was judged last; without
         friction where there are such.
     """
 

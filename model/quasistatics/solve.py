@@ -106,7 +106,7 @@ def solve(
         solution = solver.solve(tolerance=tolerance, **options)
     else:
         solution = CurvedContact(solver, contact.points).solve(road, tolerance=tolerance, **options)
-    contact.look(solution)
+    contact.check_strain(solution)
     return replace(solution, time=time)
 
 
@@ -170,7 +170,7 @@ def follow(
         curved = CurvedContact(solver, contact.points)
         path = curved.follow(road, _loads(contact, steps, times), tolerance=tolerance, **options)
     for solution in path:
-        contact.look(solution)
+        contact.check_strain(solution)
         yield replace(solution, time=times[-1])
 
 

@@ -153,7 +153,7 @@ class GrowthWatch:
         self.fallen, self.driven = 0.0, 0.0
         self.warned = False
 
-    def look(self, entry: Entry, time: float, explained: float = np.nan) -> None:
+    def check(self, entry: Entry, time: float, explained: float = np.nan) -> None:
         """Warn if too much has been added.
 
         Parameters

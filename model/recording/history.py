@@ -15,7 +15,7 @@ from model.recording.energy_balance import Entry, GrowthWatch, Ledger
 from model.recording.wave_resolution import Resolution
 
 AXES = "xyz"
-LOOK = 10  # contact steps between measurements of the resolution, which cost a product with K each
+EVERY = 10  # contact steps between measurements of the resolution, which cost a product with K each
 
 
 class History:
@@ -79,7 +79,7 @@ class History:
         self.ledger = Ledger(integrator, state)
         self.watch = GrowthWatch(integrator, self.ledger.entry)
         self._explained = 0.0
-        self._looked = 0
+        self._measured = 0
         self._file: Any = None
         self.path = None if path is None or self.ranks.before(1) else Path(path)
         self.rows: list[list[float]] = []
@@ -96,13 +96,13 @@ class History:
         """Take down a step."""
         entry = self.ledger.close(before, after)
         self._explained += entry.numerical
-        self.watch.look(entry, after.time, self._explained)
+        self.watch.check(entry, after.time, self._explained)
         self.events += events(self.integrator, before, after)
         self._add(list(self._row(after, entry).values()))
         if after.count:
-            if self._looked % LOOK == 0:
-                self.resolution.look(after)
-            self._looked += 1
+            if self._measured % EVERY == 0:
+                self.resolution.measure(after)
+            self._measured += 1
 
     def touches(self, name: str) -> list[float]:
         """Times at which a point touched."""
@@ -163,7 +163,7 @@ class History:
             "event_times": np.array([e.time for e in self.events]),
             "event_nodes": np.array([e.node for e in self.events], dtype=np.int64),
             "event_kinds": np.array([e.kind for e in self.events], dtype="U5"),
-            "resolution": np.array([self.resolution.fewest, self.resolution.at, self._looked]),
+            "resolution": np.array([self.resolution.fewest, self.resolution.at, self._measured]),
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], state: State) -> None:
@@ -173,7 +173,7 @@ class History:
         kinds = (arrays[f"event_{name}"].tolist() for name in ("times", "nodes", "kinds"))
         self.events = [Event(*event) for event in zip(*kinds)]
         self.resolution.fewest, self.resolution.at = map(float, arrays["resolution"][:2])
-        self._looked = int(arrays["resolution"][2])
+        self._measured = int(arrays["resolution"][2])
         self.ledger.entry = self._entry(-1)
         self.watch = GrowthWatch(self.integrator, self._entry(0))
         self._explained = float(self["numerical"].sum())

@@ -8,7 +8,7 @@ from tqdm import tqdm
 from model.dynamics.time_integrator import State, TimeIntegrator
 from model.recording.checkpoint import save_checkpoint
 from model.recording.energy_balance import GrowthWatch, Ledger
-from model.recording.history import LOOK, History
+from model.recording.history import EVERY, History
 
 
 def integrate(
@@ -77,10 +77,10 @@ def integrate(
             if history is not None:
                 history.record(before, state)
             elif ledger is not None and watch is not None:
-                if number % LOOK:
+                if number % EVERY:
                     ledger.skip(state)
                 else:
-                    watch.look(ledger.close(before, state), state.time)
+                    watch.check(ledger.close(before, state), state.time)
             bar.set_postfix_str(f"{state.count} in contact", refresh=False)
             bar.update()
             yield state

@@ -44,7 +44,7 @@ class Resolution:
         self.fewest, self.at = np.inf, 0.0
         self._warned = False
 
-    def look(self, state: State) -> float:
+    def measure(self, state: State) -> float:
         """Return the steps per mean period at this state, and warn, once a run, if they are too few."""
         integrator = self.integrator
         v, total = state.velocity.copy(), integrator.body.ranks.sum

@@ -134,13 +134,13 @@ class BodyOnRoad:
 
     @cached_property
     def limits(self) -> LinearLimits:
-        """Looks whether linear strain is true to a displacement, and says once if not."""
+        """Checks whether linear strain is true to a displacement, and warns once if not."""
         return LinearLimits(self.system.shape_gradients, self.system.cells)
 
-    def look(self, solution: Any) -> None:
+    def check_strain(self, solution: Any) -> None:
         """Warn (BeyondLinear), once, where strains or rotations are beyond what linear strain is true to."""
         if self.system.elastic is None:
-            self.limits.look(self.displacement(solution))
+            self.limits.check(self.displacement(solution))
 
     def pressure(self, solution: Any) -> np.ndarray:
         """Return the pressure (n,) at the candidates, lumped: nodal force over area (MPa).
@@ -150,7 +150,7 @@ class BodyOnRoad:
         BeyondLinear
             Where strains or rotations are beyond what linear strain is true to and no solve has said so.
         """
-        self.look(self._own(solution))
+        self.check_strain(self._own(solution))
         return self._normal_force(solution) / self.area
 
     def traction(self, solution: Any) -> np.ndarray:

@@ -21,7 +21,7 @@ class RoadSurface(NamedTuple):
 def road_surface(road: Any, around: np.ndarray, cells: int | None = None) -> RoadSurface:
     """Return the part of a road that lies around some points.
 
-    The gap is looked at on a grid over the points and the points of the road nearest to them; where it is
+    The gap is measured on a grid over the points and the points of the road nearest to them; where it is
     zero is the road, of whatever shape. The vertices are then put onto the road exactly; bumps smaller than a
     cell of the grid may be missed.
 
