@@ -66,7 +66,7 @@ def _exceeded(gradient: np.ndarray) -> tuple[float, float, bool]:
 class LinearLimits:
     """Looks at one displacement after the other and says once, the first time, that the limits are passed.
 
-    A look costs about as much as one product with the stiffness matrix.
+    A check costs about as much as one product with the stiffness matrix.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A body above a rigid road as a contact problem, and the solution as what scenes look at.
+"""A body above a rigid road as a contact problem, and its solution as pressures, fields and forces.
 
 The way there and back: from facets and road to candidates, gaps and normals; from nodal forces to pressure,
 traction and fields for ParaView. System and road are whatever answers to the names used here.
