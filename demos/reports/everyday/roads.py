@@ -70,7 +70,7 @@ def hole(random: np.random.Generator, size: float) -> Road:
 def walls(random: np.random.Generator, size: float) -> Road:
     """Two walls, upright or leaning."""
     return TwoWalls(
-        size * random.uniform(1.0, 1.6), 0.0 if random.random() < 0.3 else random.uniform(0.05, 0.8)
+        size * random.uniform(1.1, 1.6), 0.0 if random.random() < 0.3 else random.uniform(0.05, 0.8)
     )
 
 
