@@ -8,6 +8,7 @@ import numpy as np
 from tqdm import tqdm
 
 IDLE = 100  # residual tests without progress that are enough
+ASTRAY = 1e-5  # residual beyond which a displacement is not short of digits but wrong; 1e-7 were seen
 
 
 class NotConverged(RuntimeError):
@@ -104,7 +105,8 @@ class Record:
         tests = len(self.history) - self.earlier
         if tests > 1 and self.idle < tests and self.idle >= self.soon:
             floor = self.floor()
-            if floor >= 0.1 * self.tolerance and (residual <= 10.0 * floor or self.idle >= self.patience):
+            near = residual <= min(10.0 * floor, ASTRAY) or self.idle >= self.patience
+            if near and floor >= 0.1 * self.tolerance:
                 self.bar.close()
                 self.rounded = True
                 return True
