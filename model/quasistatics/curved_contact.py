@@ -146,7 +146,7 @@ class CurvedContact:
                         springs=springs if bent else None,
                         **options,
                     )
-                except NotConverged:
+                except (NotConverged, np.linalg.LinAlgError):
                     if not hold.tighten():
                         raise
                     continue
