@@ -353,6 +353,7 @@ class ContactSolver:
         lies = status != Status.FREE  # some by rounding only: their gap goes
         u[loop.nodes[lies]] -= gaps[lies, None] * loop.frame[lies, 0]
         u = base + u
+        loop.prescribe(load, u)  # rounding of the rigid part moves no support
         distance = np.where(status == Status.FREE, gap_at(gap, normal, u[loop.nodes]), 0.0)
         if loop.friction is not None:
             loop.rub_guided(force, pressure, u[loop.nodes] - reference)
