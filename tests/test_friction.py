@@ -13,6 +13,8 @@ from model import (
     BodyOnRoad,
     ContactSolver,
     FrictionLeftOut,
+    MassRedistribution,
+    MovingBody,
     Status,
     coulomb,
     follow,
@@ -199,6 +201,27 @@ def test_a_guided_node_rubs_against_its_way(height):
     assert f[1] == pytest.approx(needed, rel=1e-6)
     way = s / np.linalg.norm(s) if height > 0.0 else np.zeros(2)  # it has not moved
     assert f == pytest.approx(p * (n - 0.3 * way), rel=1e-9)
+
+
+def test_a_guided_node_rubs_in_time_too_and_moving_supports_bear_it():
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4)), Isotropic(E=1e3, nu=0.3))
+    support = Support(elasticity.body).fix("left", x=lambda t: 0.1 * t)
+    weight = elasticity.body_force((0.0, -2.0))
+    system = elasticity.system(weight, support, density=1.0)
+    road = Plane((0.0, 0.0), (0.02, 1.0))
+    pressed = BodyOnRoad(system, "bottom", road, friction=0.3)
+    scheme = MassRedistribution(MovingBody.from_contact(pressed), dt=0.05)
+    corner, work = int(np.argmin(pressed.points[:, 0])), 0.0
+    node, n = pressed.problem.contact_nodes[corner], road.normal
+    state = scheme.start()
+    for _ in range(20):
+        before, state = state, scheme.step(state)
+        f, s = state.mean_force[corner], (state.displacement - before.displacement)[node]
+        p, way = n @ f, s - (n @ s) * n
+        if p > 0.0:
+            assert f == pytest.approx(p * (n - 0.3 * way / np.linalg.norm(way)), abs=1e-9)
+            work += f @ s
+    assert work < -1e-3
 
 
 def test_friction_that_is_left_out_is_said():

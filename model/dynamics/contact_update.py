@@ -60,17 +60,17 @@ def confirm_contact(contact, e, force, law, status, gap):
 
 
 @njit(cache=True)
-def contact_work(contact, force, change, opening, impulse):
-    """Work of forces (n, d) along the normals, as gaps open by (n,), and along the surface; their sum."""
+def contact_work(nodes, normals, force, change, opening, impulse):
+    """Work of forces (n, d) along the normals (n, d), as gaps open by (n,), and along the surface; their sum."""
     d = force.shape[1]
     normal, friction = 0.0, 0.0
     for c in range(opening.size):
         pressure = 0.0
         for a in range(d):
-            pressure += contact.frame[c, 0, a] * force[c, a]
+            pressure += normals[c, a] * force[c, a]
             impulse[a] += force[c, a]
         if pressure != 0.0:
             normal += pressure * opening[c]
             for a in range(d):
-                friction += (force[c, a] - pressure * contact.frame[c, 0, a]) * change[contact.nodes[c], a]
+                friction += (force[c, a] - pressure * normals[c, a]) * change[nodes[c], a]
     return normal, friction

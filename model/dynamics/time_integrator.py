@@ -217,7 +217,10 @@ class StepSolver:
         after = np.empty(status.size)
         law = None if loop.friction is None else loop.friction.address
         count = self.ranks.sum(confirm_contact(loop.contact, e, loop.force, law, status, after))
-        return Touch(e, loop.force.copy(), status, loop.part * after, count, residual, cycles)
+        force, pressure = loop.reaction()
+        if loop.friction is not None:
+            loop.rub_guided(force, pressure, e[loop.nodes] - back)
+        return Touch(e, force, status, loop.part * after, count, residual, cycles)
 
 
 class TimeIntegrator(ABC):
@@ -428,11 +431,11 @@ class TimeIntegrator(ABC):
         if not self.body.ranks.any(bool(force.any())):
             return Work(impulse=impulse)
         loop = self.solvers["step"].loop
-        opening, way = (gap - before.gap) / loop.part, self.way(before)  # along what of the normals it sees
+        opening, way = gap - before.gap, self.way(before)
         if np.any(way):
             change = change.copy()
             change[self.body.contact_nodes] -= way
-        normal, friction = contact_work(loop.contact, force, change, opening, impulse)
+        normal, friction = contact_work(loop.nodes, loop.normal, force, change, opening, impulse)
         road = total(float(np.sum(force * way)))
         return Work(total(normal), total(friction), impulse=self.dt * total(impulse), road=road)
 

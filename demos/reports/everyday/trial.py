@@ -266,5 +266,5 @@ def _in_time(scene: Scene) -> tuple[list, Any]:
             -moved[body.contact_nodes],
             rounding=16 * EPS * (np.abs(before.displacement).max() + np.abs(moved).max() + body.size),
         )
-        pairs.append((posed, Answer(touch.increment, scheme.solvers["step"].loop.reaction()[0], touch.gap)))
+        pairs.append((posed, Answer(touch.increment, touch.force, touch.gap)))
     return pairs, state
