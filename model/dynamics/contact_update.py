@@ -61,7 +61,7 @@ def confirm_contact(contact, e, force, law, status, gap):
 
 @njit(cache=True)
 def contact_work(nodes, normals, force, change, opening, impulse):
-    """Work of forces (n, d) along the normals (n, d), as gaps open by (n,), and along the surface; their sum."""
+    """Work of forces (n, d) along normals (n, d), as gaps open by (n,), and along the surface; their sum."""
     d = force.shape[1]
     normal, friction = 0.0, 0.0
     for c in range(opening.size):
