@@ -1,9 +1,12 @@
-"""One scene on the ranks there are, and what each spends: `shared_scene.py KIND REFINEMENTS MU OUT.json [CORRECTION]`.
+"""One scene on the ranks there are, and what each spends.
+
+    shared_scene.py KIND REFINEMENTS MU OUT.json [CORRECTION] [alone]
 
 Kinds: "plane" (half a cylinder, Hertz), "space" (a quarter of a ball), "strip" (a block as long as there are
 ranks) and "block" (ten million unknowns after 7 refinements). The solve is timed
 twice, and the shorter time counts. In a third solve the ranks wait for each other in a barrier before each
 exchange: what they spend there is waiting, what follows is exchange, and the rest of the solve is computing.
+With `alone` every rank solves the whole scene by itself, all at the same time: what shared memory costs.
 """
 
 import json
@@ -60,20 +63,20 @@ def pressed(body, boundary, top, force, supports, mu):
     return BodyOnRoad(elasticity.system(elasticity.total_force(top, force), support), boundary, Plane(), mu)
 
 
-def scene(kind, refinements, mu):
+def scene(kind, refinements, mu, comm):
     """The scene of a kind."""
     if kind == "plane":
-        body = Body.from_grid(half_cylinder_nested(R), refinements)
+        body = Body.from_grid(half_cylinder_nested(R), refinements, comm=comm)
         held = partial(lambda node, s: s.fix_node(node, x=0.0), body.nearest_node((0.0, R)))
         return pressed(body, "arc", "top", (0.0, -1e4), held, mu)
     if kind == "space":
-        body = Body.from_grid(half_ball(R, "quarter"), refinements)
+        body = Body.from_grid(half_ball(R, "quarter"), refinements, comm=comm)
         return pressed(
             body, "sphere", "top", (0.0, 0.0, -2500.0), lambda s: s.fix("x0", x=0.0).fix("y0", y=0.0), mu
         )
-    length = 4.5 if kind == "block" else 4.0 * COMM.size
-    cells = (18, 17) if kind == "block" else (8 * COMM.size, 8)
-    body = Body.from_grid(rectangle(length, 4.0, *cells), refinements)
+    length = 4.5 if kind == "block" else 4.0 * comm.size
+    cells = (18, 17) if kind == "block" else (8 * comm.size, 8)
+    body = Body.from_grid(rectangle(length, 4.0, *cells), refinements, comm=comm)
     return pressed(body, "bottom", "top", (0.0, -250.0 * length), lambda s: s.fix("left", x=0.0), mu)
 
 
@@ -88,13 +91,16 @@ def least(contact, correction):
     return solution, *min(times)
 
 
-def main(kind, refinements, mu, out, correction="multigrid"):
+def main(kind, refinements, mu, out, correction="multigrid", alone=""):
     """Solve, and write what each rank spent."""
+    comm = MPI.COMM_SELF if alone else COMM
     warnings.simplefilter("ignore")
     began = perf_counter()
-    warm = scene(kind, 2 if kind == "space" else 3, float(mu) or None)  # loads compiled code, off the clock
+    warm = scene(
+        kind, 2 if kind == "space" else 3, float(mu) or None, comm
+    )  # loads compiled code, off the clock
     solve(warm, correction, tolerance=1e-8, progress=False)
-    contact = scene(kind, int(refinements), float(mu) or None)
+    contact = scene(kind, int(refinements), float(mu) or None, comm)
     built = perf_counter() - began
     solution, seconds, worked = least(contact, correction)
     memory = getrusage(RUSAGE_SELF).ru_maxrss * 1024
