@@ -243,7 +243,7 @@ class ContactProblem:
 
 def length_scale(coordinates: np.ndarray) -> float:
     """Return a length that rounding errors of positions (N, d) can be measured by."""
-    return float(np.abs(coordinates).max() + np.ptp(coordinates, axis=0).max())
+    return float(np.abs(coordinates).max() + max(np.ptp(x) for x in coordinates.T))
 
 
 def _describe(A: Any) -> str:

@@ -59,7 +59,7 @@ def bodies(A: bsr_array) -> np.ndarray:
     """Tell which of the bodies that A holds each node belongs to, (N,); -1 for a node that stands alone."""
     N = A.indptr.size - 1
     graph = csr_array((np.ones(A.indices.size, dtype=np.int8), A.indices, A.indptr), shape=(N, N))
-    _, label = connected_components(graph, directed=False)
+    _, label = connected_components(graph, connection="strong")  # A is symmetric; this transposes nothing
     label[np.bincount(label)[label] == 1] = -1
     return np.unique(label, return_inverse=True)[1] - int(label.min() < 0)
 
@@ -77,6 +77,8 @@ def motions_of_each_body(
 ) -> np.ndarray:
     """Rigid motions of every body by itself, as columns (N d, 3 or 6 a body)."""
     N, d = coordinates.shape
+    if np.all(body == 0):
+        return rigid_motions(coordinates, turning=turning).reshape(N * d, -1)
     columns = [np.zeros((N * d, 0))]
     for here in _each(body):
         motions = np.zeros((N, d, 3 * d - 3))
