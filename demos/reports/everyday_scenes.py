@@ -19,7 +19,8 @@
 # - **refused wrongly**: it finds none;
 # - **not converged**: the solver says so itself.
 #
-# The scenes are in the folder `everyday`. A run that was stopped goes on where it was.
+# The scenes are in the folder `everyday`. A run that is interrupted (Ctrl-C) reports the scenes that have ended, and
+# the next goes on from there.
 
 # %%
 import os
@@ -64,6 +65,9 @@ def report() -> None:
             scene.result(f"{outcome}[{name}]", count[outcome], "1", 0.0)
         scene.result(f"scenes[{name}]", len(some), "1")
     print(tabulate(rows, ["scenes", "number", "solved", "refused, confirmed", *BAD]))
+    count = Counter(one["outcome"] for one in found)
+    for outcome in BAD:
+        scene.result(outcome, count[outcome], f"of {len(found)} scenes", 0.0, "wanted", "at most")
     for one in found:
         if one["outcome"] in BAD:
             print(f"{one['outcome']}: {one['scene']}: {one['said']}")

@@ -36,11 +36,22 @@ CORES = 2 if scene.quick else min(len(os.sched_getaffinity(0)), 16)
 
 
 @scene.assembly
-def run(kind, refinements, mu, ranks, correction="multigrid", petsc=""):
-    """What each rank of a scene spent, and what the solve cost."""
-    out = scene.out / f"{kind}_{refinements}_{mu}_{ranks}_{correction}.json"
+def run(kind, refinements, mu, ranks, correction="multigrid", petsc="", alone=""):
+    """What each rank of a scene spent, and what the solve cost; `alone` if each solves all of it."""
+    out = scene.out / f"{kind}_{refinements}_{mu}_{ranks}_{correction}{alone}.json"
     script = [sys.executable, "-m", "mpi4py", str(HERE / "shared_scene.py")]
-    command = [LAUNCHER, "-n", str(ranks), *script, kind, str(refinements), str(mu), str(out), correction]
+    command = [
+        LAUNCHER,
+        "-n",
+        str(ranks),
+        *script,
+        kind,
+        str(refinements),
+        str(mu),
+        str(out),
+        correction,
+        alone,
+    ]
     paths = [str(HERE.parents[1]), os.environ.get("PYTHONPATH", "")]
     threads = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
     environment = os.environ | threads | {"PYTHONPATH": os.pathsep.join(paths), "PETSC_OPTIONS": petsc}
@@ -84,11 +95,17 @@ for kind, mu in scene.progress(cases, "strong scaling"):
         more = found["cycles"] - alone["cycles"]
         scene.result(f"more_cycles[{label}]", more, "1", 2, "wanted", "at most")
         whole = sum(rank["split"] for rank in found["ranks"])
+        setups = [max(rank["setup"] for rank in those["ranks"]) for those in (alone, found)]
+        scene.result(f"speed_up_of_setup[{label}]", setups[0] / setups[1], "1")
+        after = [seconds(those) - setup for those, setup in zip((alone, found), setups)]
+        scene.result(f"speed_up_after_setup[{label}]", after[0] / after[1], "1")
         for part in PARTS:
             spent = sum(rank[part] for rank in found["ranks"])
             scene.result(f"share_of_{part}[{label}]", spent / whole, "1")
         memory = max(rank["memory"] for rank in found["ranks"])
         scene.result(f"peak_memory_of_a_rank[{label}]", memory / 2**30, "GiB")
+    beside = seconds(run(kind, LARGE[kind], mu, CORES, alone="alone"))
+    scene.result(f"slower_side_by_side[{kind},mu={mu},{CORES} solves]", beside / seconds(alone), "1")
     scene.result(f"unknowns[{kind}]", unknowns(alone), "1")
     scene.result(f"seconds[{kind},mu={mu},1 rank]", seconds(alone), "s")
     scene.result(f"peak_memory[{kind},mu={mu},1 rank]", alone["ranks"][0]["memory"] / 2**30, "GiB")

@@ -21,7 +21,7 @@ def outcomes(
     kept: Path | None = None,
     progress: Callable[[Iterable, str], Iterable] = lambda them, description: them,
 ) -> list[dict[str, Any]]:
-    """Return the outcomes of scenes, by number.
+    """Return the outcomes of scenes, by number; of those that are known if it is interrupted (Ctrl-C).
 
     Parameters
     ----------
@@ -36,12 +36,17 @@ def outcomes(
     found = {one["number"]: one for one in _read(kept)}
     wanted = list(numbers)
     missing = [number for number in wanted if number not in found]
-    for one in progress(_Computed(missing, processes), "scenes") if missing else []:
-        found[one["number"]] = one
-        if kept is not None:
-            with kept.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(one) + "\n")
-    return [found[number] for number in wanted]
+    try:
+        for one in progress(_Computed(missing, processes), "scenes") if missing else []:
+            found[one["number"]] = one
+            if kept is not None:
+                with kept.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(one) + "\n")
+    except KeyboardInterrupt:
+        if not found:
+            raise
+        print(f"Interrupted after {len(found)} of {len(wanted)} scenes.")
+    return [found[number] for number in wanted if number in found]
 
 
 class _Computed:
