@@ -164,7 +164,7 @@ class RoadPlanes:
             True, and the planes stay, if the nodes were on the road and the normals steady.
         """
         in_contact = np.flatnonzero(status != Status.FREE)
-        self.gap, normal, foot = self._look(at, status, self.softness * pressure, turned_force)
+        self.gap, normal, foot = self._closest(at, status, self.softness * pressure, turned_force)
         if self.since is not None:
             self._lean[in_contact] = (
                 _working(in_contact, *self.since, normal, foot, self.near) - normal[in_contact]
@@ -203,7 +203,7 @@ class RoadPlanes:
         came = np.sum(foretold * self._turn, axis=1)
         self._trust = np.where(came < 0.5 * square, 0.1 * self._trust, np.minimum(10.0 * self._trust, 1.0))
 
-    def _look(
+    def _closest(
         self, at: np.ndarray, status: np.ndarray, depth: np.ndarray, turned_force: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), and normal and nearest point (n, d) of the road.

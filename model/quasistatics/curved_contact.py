@@ -23,7 +23,7 @@ from model.curved.tangent_planes import RoadPlanes
 from model.node_loop.status import Status
 from model.quasistatics.approach import approach
 from model.quasistatics.descent import part_of_step
-from model.quasistatics.hold import Hold
+from model.quasistatics.proximal_springs import ProximalSprings
 from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged, Record
 from model.tolerances import ON_ROAD, TOLERANCE
@@ -131,7 +131,7 @@ class CurvedContact:
         options["places"] = planes.anchor if marks is None else marks(planes.anchor)
         options["start"], self.distances = u, planes.distances
         force = solver.ranks.sum(float(np.abs(solver.ranks.own(load)).sum()))
-        hold = Hold(self.rigid, force / size, points.shape)
+        hold = ProximalSprings(self.rigid, force / size, points.shape)
         iterations: list[Solution] = []
         try:
             for _ in range(ITERATIONS):

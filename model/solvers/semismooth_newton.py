@@ -388,7 +388,7 @@ def linear_unknowns(status, d):
 
 
 @njit(cache=True, error_model="numpy")
-def judge(arrays, contact, b, u, status, R, force, bound, slip_rate):
+def residual_of(arrays, contact, b, u, status, R, force, bound, slip_rate):
     """Fill R and the admissible forces; return the natural residual."""
     if u.shape[1] == 2:
         residual_2d(arrays.blocks, b, u, contact, status, bound, slip_rate, R, force)
@@ -579,7 +579,7 @@ def descend(arrays, contact, b, u, status, R, force, held, slip_rate, tolerance,
     """
     for _ in range(STEPS):
         sweep(arrays, contact, b, u, status, held, slip_rate)
-        residual = judge(arrays, contact, b, u, status, R, force, held, slip_rate)
+        residual = residual_of(arrays, contact, b, u, status, R, force, held, slip_rate)
         if residual <= tolerance:
             break
         least, rounding = energy(arrays, contact, b, u)
@@ -597,7 +597,7 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
     """Fill u (k, d), status (k,) and force (k, d) with the solution, status being the first guess as well."""
     R = np.empty_like(u)
     place_all_on_surface(contact, u, status)
-    best = judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+    best = residual_of(arrays, contact, b, u, status, R, force, bound, slip_rate)
     idle, lowest = 0, best
     pivots = u.shape[1] == 2 or u.shape[0] * (1 + EDGES) <= ROWS
     kept, kept_status = u.copy(), status.copy()
@@ -609,16 +609,16 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
         for _ in range(CHAIN):
             step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
             trial, decided = corrected(contact, trial, decided, step, bound)
-            after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+            after = residual_of(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
             if after < ENOUGH * best:
                 after = rest(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
                 break
             sweep(arrays, contact, b, trial, decided, bound, slip_rate)
-            after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+            after = residual_of(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
             if after < best:
                 break
         if after >= best:
-            judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+            residual_of(arrays, contact, b, u, status, R, force, bound, slip_rate)
             trial, decided, after = u.copy(), status.copy(), best
             if pivots:
                 pivots = False
@@ -632,13 +632,13 @@ def solve_small(arrays, contact, b, u, status, force, bound, held, slip_rate, to
                     bounds[c, 0] = allowed(bound, force[c, 0], slip, contact.state[c])
                 convex = with_state(contact, bounds)
                 descend(arrays, convex, b, trial, decided, R, force, held, slip_rate, 0.1 * best, slight)
-                after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+                after = residual_of(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
         idle = 0 if after < 0.5 * lowest else idle + 1
         u[:], status[:], best = trial, decided, after
         if best < lowest:
             kept[:], kept_status[:], lowest = u, status, best
     u[:], status[:], best = kept, kept_status, lowest
-    judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+    residual_of(arrays, contact, b, u, status, R, force, bound, slip_rate)
 
 
 @njit(cache=True, error_model="numpy")
@@ -655,7 +655,7 @@ def rest(arrays, contact, b, u, status, R, force, bound, slip_rate):
         if status[c] == SLIP and np.sum(force[c, 1:] ** 2) < (1 - 1e-9) * most**2:
             status[c] = STICK
     place_all_on_surface(contact, u, status)
-    return judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+    return residual_of(arrays, contact, b, u, status, R, force, bound, slip_rate)
 
 
 @njit(cache=True, error_model="numpy")
@@ -700,14 +700,14 @@ def pivoted(arrays, contact, b, u, status, R, force, bound, slip_rate, tolerance
         arrays.steps[0] += count
         for _ in range(CHAIN):
             place_all_on_surface(contact, trial, decided)
-            after = judge(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
+            after = residual_of(arrays, contact, b, trial, decided, R, force, bound, slip_rate)
             if after < best:
                 u[:], status[:], best = trial, decided, after
             if best <= tolerance:
                 return best
             step = newton_step(arrays, contact, trial, decided, R, force, bound, slip_rate, slight)
             trial = trial + step.reshape(u.shape)
-    return judge(arrays, contact, b, u, status, R, force, bound, slip_rate)
+    return residual_of(arrays, contact, b, u, status, R, force, bound, slip_rate)
 
 
 @njit(cache=True, error_model="numpy")

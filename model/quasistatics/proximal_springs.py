@@ -15,7 +15,7 @@ FIRST, MOST = 0.1, 1e6  # of the load by the size: the stiffness that is tried f
 TIMES = 10.0  # how much stiffer or softer they get
 
 
-class Hold:
+class ProximalSprings:
     """Springs on candidates, none at first.
 
     Parameters
