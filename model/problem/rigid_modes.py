@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.optimize import nnls
 from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -13,8 +12,9 @@ from model.node_loop.contact_sweep import frames
 from model.node_loop.node_loop import along_road
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
+from model.problem.nonnegative import nonnegative_forces
 
-BALANCE = 1e-9  # of the load: what NNLS leaves of a load that is balanced is below it by a factor of ten
+BALANCE = 1e-9  # of the load: what least squares leave of a balanced one is below it by a factor of ten
 LANDINGS = 100  # nodes that may arrive one after the other; the solver goes on from anywhere
 ROUNDS = 50  # in which edges of friction cones join; 17 were the most seen
 FREE = 1e-13  # of the energy that a motion would cost if every node moved alone
@@ -258,7 +258,7 @@ class RigidModes:
         size = np.linalg.norm(load)
         if near.any() and size > 0.0:
             work = self._work(normal, 0.0)[near]
-            pressure[near] = size * nnls(work.T, -load / size, maxiter=100 * len(work))[0]
+            pressure[near] = size * nonnegative_forces(work, load / size)[0]
         return pressure
 
     def loose(self, frame: np.ndarray, status: np.ndarray, pressure: np.ndarray) -> np.ndarray:
@@ -297,8 +297,7 @@ class RigidModes:
             return np.zeros(self.count), force
         left = load / size
         if len(work):
-            force = nnls(work.T, -load / size, maxiter=100 * len(work))[0]
-            left = left + work.T @ force
+            force, left = nonnegative_forces(work, left)
         return left if np.linalg.norm(left) > tolerance else np.zeros(self.count), force
 
     def _work(self, normal: np.ndarray, mu: Any) -> np.ndarray:

@@ -14,8 +14,8 @@ steps are as long as the planes keep what they promise: a trust region.
 from typing import Any
 
 import numpy as np
-from scipy.optimize import nnls
 
+from model.problem.nonnegative import nonnegative_forces
 from model.problem.rigid_modes import RigidModes
 
 STEPS = 300
@@ -101,11 +101,10 @@ def _nearest(way: np.ndarray, work: np.ndarray, gap: np.ndarray, scale: float) -
     if not (need > 0.0).any():
         return way
     unit = scale / np.abs(work).max()
-    E = np.concatenate([work[some].T * unit / scale, need[None, some]])
-    target = np.zeros(len(E))
+    rows = np.column_stack([work[some] * unit / scale, need[some]])
+    target = np.zeros(rows.shape[1])
     target[-1] = 1.0
-    forces = nnls(E, target, maxiter=100 * E.shape[1])[0]
-    r = E @ forces - target
+    r = nonnegative_forces(rows, -target)[1]
     if -r[-1] < 1e-12:
         return way
     return way + unit * (r[:-1] / -r[-1])
