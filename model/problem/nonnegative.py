@@ -1,7 +1,7 @@
 """Least squares with variables that are not negative.
 
-Source: C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23. That is `nnls` of scipy,
-but that of scipy 1.15 (Debian 13) may end before it has found the least.
+Source: C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23; as `nnls` of scipy,
+of which version 1.15 (Debian 13) may end before it has found the least.
 """
 
 import numpy as np
