@@ -217,9 +217,7 @@ class StepSolver:
         after = np.empty(status.size)
         law = None if loop.friction is None else loop.friction.address
         count = self.ranks.sum(confirm_contact(loop.contact, e, loop.force, law, status, after))
-        force, pressure = loop.reaction()
-        if loop.friction is not None:
-            loop.rub_guided(force, pressure, e[loop.nodes] - back)
+        force, _ = loop.reaction(e[loop.nodes] - back)
         return Touch(e, force, status, loop.part * after, count, residual, cycles)
 
 

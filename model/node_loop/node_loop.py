@@ -126,7 +126,7 @@ class NodeLoop:
         self.b = self.b.copy()
         self.b[self.nodes] += np.einsum("cab,cb->ca", self.springs, ends)
 
-    def rub_guided(self, force: np.ndarray, pressure: np.ndarray, slip: np.ndarray) -> None:
+    def _rub_guided(self, force: np.ndarray, pressure: np.ndarray, slip: np.ndarray) -> None:
         """Add to forces (n, d) and pressure (n,), in place, the friction of nodes guided along a line.
 
         Such a node, free along d alone with n . d > 0, is where its gap puts it, with friction or without: it
@@ -235,16 +235,20 @@ class NodeLoop:
         """Euclidean norm of values at nodes."""
         return length(x)
 
-    def reaction(self) -> tuple[np.ndarray, np.ndarray]:
+    def reaction(self, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Forces (n, d) of the road on the body at the last residual, and their normal parts (n,), >= 0.
 
-        At a node whose motion is prescribed in part the support takes what the loop does not see.
+        At a node whose motion is prescribed in part the support takes what the loop does not see: friction
+        too, where it is guided along a line and slips by `slip` (n, d).
         """
         pressure = np.maximum(np.einsum("ca,ca->c", self.frame[:, 0], self.force), 0.0)
         if not self.given.any():
             return self.force.copy(), pressure
         pressure /= self.part
-        return self.force + pressure[:, None] * np.where(self.given, self.normal, 0.0), pressure
+        force = self.force + pressure[:, None] * np.where(self.given, self.normal, 0.0)
+        if self.friction is not None:
+            self._rub_guided(force, pressure, slip)
+        return force, pressure
 
     def confirm(self, status: np.ndarray) -> None:
         """Let nodes touch that lie on the road without having been put there, and press on it, in place."""

@@ -228,7 +228,7 @@ class SharedSolver:
         record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
         self.solve_step(u, status, record)
         seconds = perf_counter() - began
-        force, pressure = loop.reaction()
+        force, pressure = loop.reaction(u[loop.nodes] - reference)
         loop.confirm(status)
         return Solution(
             displacement=u,

@@ -188,7 +188,7 @@ class History:
 
     def _row(self, state: State, entry: Entry) -> dict[str, float]:
         loop, dim, ranks = self.integrator.solvers["step"].loop, self.integrator.body.dim, self.ranks
-        pressure = np.einsum("ca,ca->c", loop.frame[:, 0], state.contact_force)
+        pressure = np.einsum("ca,ca->c", loop.normal, state.contact_force)
         row: dict[str, float] = {
             "step": state.step,
             "time": state.time,
@@ -223,7 +223,7 @@ class History:
         body, loop = self.integrator.body, self.integrator.solvers["step"].loop
         law: Any = body.friction
         mu = 0.0 if law is None else law.nodes(np.zeros(pressure.size), body.places(state))[:, 1]
-        tangential = state.contact_force - pressure[:, None] * loop.frame[:, 0]
+        tangential = state.contact_force - pressure[:, None] * loop.normal
         return float(np.max(np.linalg.norm(tangential, axis=1) - mu * pressure, initial=-np.inf))
 
     def _add(self, row: list[float]) -> None:

@@ -347,7 +347,6 @@ class ContactSolver:
         seconds = perf_counter() - began
         spent = seconds + self._unpaid
         setup, self._unpaid = self._unpaid, 0.0
-        force, pressure = loop.reaction()
         gaps = loop.gaps(u, status)
         loop.confirm(status)
         lies = status != Status.FREE  # some by rounding only: their gap goes
@@ -355,8 +354,7 @@ class ContactSolver:
         u = base + u
         loop.prescribe(load, u)  # rounding of the rigid part moves no support
         distance = np.where(status == Status.FREE, gap_at(gap, normal, u[loop.nodes]), 0.0)
-        if loop.friction is not None:
-            loop.rub_guided(force, pressure, u[loop.nodes] - reference)
+        force, pressure = loop.reaction(u[loop.nodes] - reference)
         return Solution(
             displacement=u,
             contact_force=force,
