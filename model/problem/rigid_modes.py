@@ -102,11 +102,15 @@ def unheld_motions(
     """
     motions = motions_of_each_body(coordinates, body, turning)
     energy = motions.T @ (A @ motions)
-    scale = motions.T @ (A.diagonal()[:, None] * motions)
-    lower = np.linalg.cholesky(scale + TINY * np.eye(scale.shape[0]))
+    return motions @ free_amplitudes(energy, motions.T @ (A.diagonal()[:, None] * motions))
+
+
+def free_amplitudes(energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Amplitudes (k, m) of motions that cost no energy (k, k), beside a scale (k, k) of what they might."""
+    lower = np.linalg.cholesky(scale + TINY * np.eye(len(scale)))
     inner = np.linalg.solve(lower, np.linalg.solve(lower, energy).T)
     values, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
-    return motions @ np.linalg.solve(lower.T, vectors[:, values < FREE])
+    return np.asarray(np.linalg.solve(lower.T, vectors[:, values < FREE]))
 
 
 class RigidModes:

@@ -7,9 +7,9 @@ planes of the road at the nodes, with the road's own curvature as springs at the
 
 which makes it sequential quadratic programming: near the solution it converges as Newton's method does, and a
 body at the bottom of a hole, which the planes alone would let slide, is held there (J. Nocedal and S. Wright,
-Numerical Optimization, 2006, ch. 18). Far from it steps are shortened (`descent`) or bounded (`hold`), and a
-body that nothing holds is first brought to the road as a rigid one (`approach`). At the solution no spring
-pulls, so that they and their stiffness do not matter there.
+Numerical Optimization, 2006, ch. 18). Far from it steps are shortened (`descent`) or bounded
+(`proximal_springs`), and a body that nothing holds is first brought to the road as a rigid one (`approach`).
+At the solution no spring pulls, so that they and their stiffness do not matter there.
 """
 
 from collections.abc import Callable, Iterable, Iterator

@@ -1,6 +1,7 @@
 """Coarse meshes too small to be shared: gathered on every rank, which all run the serial code there."""
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -88,8 +89,7 @@ class GatheredCycle:
 
     def of(self, level: Any) -> "GatheredCycle":
         """Return cycles of the same mesh with another matrix."""
-        other = object.__new__(GatheredCycle)
-        other.__dict__.update(self.__dict__)
+        other = copy(self)
         other.level, other.stale, other._cycle = level, True, None
         return other
 

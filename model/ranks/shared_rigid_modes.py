@@ -1,13 +1,12 @@
 """Rigid modes of bodies that many ranks share, and whether the road can resist them."""
 
 from itertools import product
-from typing import Any
 
 import numpy as np
 from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
-from model.problem.rigid_modes import RigidModes, rigid_motions
+from model.problem.rigid_modes import RigidModes, free_amplitudes, rigid_motions
 from model.ranks.shared_problem import SharedProblem
 
 
@@ -113,11 +112,7 @@ def unheld_motions(problem: SharedProblem, body: np.ndarray) -> np.ndarray:
     columns = motions.reshape(N * d, motions.shape[2])
     own, diagonal = columns[: ranks.owned * d], problem.A.diagonal()
     energy = ranks.sum(own.T @ (problem.A @ columns))
-    scale = ranks.sum(own.T @ (diagonal[:, None] * own))
-    lower = np.linalg.cholesky(scale + 1e-300 * np.eye(len(scale)))
-    inner = np.linalg.solve(lower, np.linalg.solve(lower, energy).T)
-    values, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
-    free: Any = np.linalg.solve(lower.T, vectors[:, values < 1e-13])
+    free = free_amplitudes(energy, ranks.sum(own.T @ (diagonal[:, None] * own)))
     gram = ranks.sum((own @ free).T @ (own @ free))
     return np.asarray(
         (columns @ np.linalg.solve(np.linalg.cholesky(gram), free.T).T).reshape(N, d, free.shape[1])
