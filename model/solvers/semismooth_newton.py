@@ -132,15 +132,8 @@ class SmallProblem:
 
     def solve(
         self,
-        whole: Candidates,
+        whole: "Whole",
         active: np.ndarray,
-        u: np.ndarray,
-        free: np.ndarray,
-        power: np.ndarray,
-        gap: np.ndarray,
-        after: np.ndarray,
-        known: np.ndarray,
-        status: np.ndarray,
         slip_rate: float,
         tolerance: float,
         slight: float,
@@ -149,20 +142,10 @@ class SmallProblem:
 
         Parameters
         ----------
-        whole : Candidates
-            All candidates, n of them.
+        whole : Whole
+            Its status is updated in place.
         active : (k,)
-            The numbers among them of the nodes of this problem.
-        u, free : (N, d)
-            Displacement, and where it would go from there with the known forces alone and the pins at rest.
-        power : (p,)
-            Work of the known forces when the pins move by a unit.
-        gap, after : (n,)
-            Gaps at u, and as they would be by what has been found so far: where to start.
-        known : (n, d)
-            Known forces of the road.
-        status : (n,)
-            First guess, updated in place.
+            The numbers among the candidates of the nodes of this problem.
         slip_rate : float
             What slip is multiplied by for the friction law.
         tolerance : float
@@ -180,19 +163,12 @@ class SmallProblem:
         move : (k, s) or (k, d)
             Displacements of the nodes from u, in their frames; with springs along all d components.
         """
-        force, pins = np.empty((active.size, u.shape[1])), np.empty(power.size)
+        force, pins = np.empty((active.size, whole.u.shape[1])), np.empty(whole.power.size)
         moved = np.empty((active.size, self.arrays.whole.shape[0] // active.size))
         solve_active(
             self.arrays,
             whole,
             active,
-            u,
-            free,
-            power,
-            gap,
-            after,
-            known,
-            status,
             force,
             pins,
             moved,
@@ -230,6 +206,35 @@ def bordered_inverse(
     w, g = W.diagonal().mean() or 1.0, np.abs(G).max()
     inverse = np.linalg.inv(np.block([[W / w, G / g], [G.T / g, -resistance * (w / g**2)]]))
     return inverse[:k, :k] / w, inverse[:k, k:] / g, inverse[k:, k:] * (w / g**2)
+
+
+class Whole(NamedTuple):
+    """What the small problem is told of the whole.
+
+    Attributes
+    ----------
+    candidates : Candidates
+        All of them, n.
+    u, free : (N, d)
+        Displacement, and where it would go from there with the known forces alone and the pins at rest.
+    power : (p,)
+        Work of the known forces when the pins move by a unit.
+    gap, after : (n,)
+        Gaps at u, and as they would be by what has been found so far: where to start.
+    known : (n, d)
+        Known forces of the road.
+    status : (n,)
+        First guess.
+    """
+
+    candidates: Candidates
+    u: np.ndarray
+    free: np.ndarray
+    power: np.ndarray
+    gap: np.ndarray
+    after: np.ndarray
+    known: np.ndarray
+    status: np.ndarray
 
 
 class Condensed(NamedTuple):
@@ -292,13 +297,6 @@ def solve_active(
     arrays,
     whole,
     active,
-    u,
-    free,
-    power,
-    gap,
-    after,
-    known,
-    status,
     force,
     pins,
     moved,
@@ -309,29 +307,30 @@ def solve_active(
     slight,
 ):
     """Fill `force` (k, d; global), `pins`, `moved` (k, e) and the status (n,) of the active candidates."""
+    candidates, u, free, power, gap, after, known, status = whole
     k, s = arrays.block.shape[:2]
     d = force.shape[1]
     e = moved.shape[1]
     target, load, local = np.empty(k * e), np.zeros(k * e), np.zeros((k, s))
     b, move = np.zeros((k, s)), np.zeros((k, s))
-    gaps, state, found = np.empty(k), np.empty((k, whole.state.shape[1])), np.empty((k, s))
+    gaps, state, found = np.empty(k), np.empty((k, candidates.state.shape[1])), np.empty((k, s))
     reference, decided = np.empty((k, s - 1)), np.empty(k, dtype=status.dtype)
     for j in range(k):
         c = active[j]
-        i = whole.nodes[c]
-        gaps[j], state[j], decided[j] = gap[c], whole.state[c], status[c]
+        i = candidates.nodes[c]
+        gaps[j], state[j], decided[j] = gap[c], candidates.state[c], status[c]
         for a in range(e):
             go, been, push = 0.0, 0.0, 0.0
             for m in range(d):
-                go += whole.frame[c, a, m] * free[i, m]
-                been += whole.frame[c, a, m] * u[i, m]
-                push += whole.frame[c, a, m] * known[c, m]
+                go += candidates.frame[c, a, m] * free[i, m]
+                been += candidates.frame[c, a, m] * u[i, m]
+                push += candidates.frame[c, a, m] * known[c, m]
             target[j * e + a] = go
             if a < s:
                 local[j, a] = push
                 load[j * e + a] = -push
             if 0 < a < s:
-                reference[j, a - 1] = whole.reference[c, a - 1] - been
+                reference[j, a - 1] = candidates.reference[c, a - 1] - been
     for i in range(k * e):
         for j in range(k * e):
             load[i] += arrays.whole[i, j] * target[j]
@@ -344,7 +343,7 @@ def solve_active(
         for i in range(others):
             b[j, 0] -= arrays.R[j, i] * load[i // (e - 1) * e + i % (e - 1) + 1]
     # a node's own stiffness, for that which is left of it in S may be none
-    own = arrays.block if bound is None else whole.block[active]
+    own = arrays.block if bound is None else candidates.block[active]
     contact = Candidates(arrays.nodes, arrays.number, arrays.frame, own, gaps, reference, state)
     if bound is None:
         move[:, 0] = after[active] - gaps
@@ -371,7 +370,7 @@ def solve_active(
         for m in range(d):
             force[j, m] = 0.0
             for a in range(s):
-                force[j, m] += whole.frame[c, a, m] * (found[j, a] - local[j, a])
+                force[j, m] += candidates.frame[c, a, m] * (found[j, a] - local[j, a])
 
 
 @njit(cache=True, error_model="numpy")

@@ -38,7 +38,7 @@ from model.problem.rigid_modes import (
 )
 from model.solvers.convergence_record import Record
 from model.solvers.factorisation import factorised
-from model.solvers.semismooth_newton import SmallProblem
+from model.solvers.semismooth_newton import SmallProblem, Whole
 
 HARD = 1e4  # times the softest unknown; it costs as many digits as it has
 SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
@@ -222,24 +222,12 @@ class Condensation:
         tiny, size = 1e-14 * largest, loop.load_size + float(np.linalg.norm(known))
         slight = max(tolerance, SLIGHT) * size
         force, pins = known[:0], self._nothing
+        whole = Whole(contact, u, free, power, gap, after, known, status)
         missed = NOBODY if count or self.pins.size else worst(after, selected, tiny)
         selected[missed] = True
         while selected.any() and (missed.size or not force.size):
             active = self._set_up(np.flatnonzero(selected))
-            force, pins, moved = self.small.solve(
-                contact,
-                active,
-                u,
-                free,
-                power,
-                gap,
-                after,
-                known,
-                status,
-                loop.slip_rate,
-                tolerance,
-                slight,
-            )
+            force, pins, moved = self.small.solve(whole, active, loop.slip_rate, tolerance, slight)
             if self._springs is not None:
                 force -= np.einsum("cab,ceb,ce->ca", self._springs[active], loop.frame[active], moved)
             after[:] = gap
