@@ -15,7 +15,7 @@ from model.node_loop.node_loop import uncoupled_unknowns
 from model.one_rank import ONE_RANK
 from model.problem.contact_problem import ContactProblem, length_scale
 from model.problem.linear_limits import LinearLimits
-from model.problem.rigid_modes import rigid_motions
+from model.problem.rigid_modes import centre_and_size, rigid_motions
 from model.problem.varying_friction import placed
 from model.ranks.shared_problem import SharedProblem
 
@@ -398,9 +398,7 @@ class RigidPart:
     def __init__(self, M: Any, coordinates: np.ndarray, ranks: Any = ONE_RANK):
         N, d = coordinates.shape
         self.motions = rigid_motions(coordinates, ranks).reshape(N * d, 3 * d - 3)
-        own = ranks.own(coordinates)
-        mean = ranks.sum(own.sum(axis=0)) / ranks.sum(len(own))
-        self._size = ranks.max(float(np.abs(coordinates - mean).max(initial=0.0))) or 1.0
+        self._size = centre_and_size(coordinates, ranks)[1]
         self._weighted, self._ranks = M @ self.motions, ranks
         self._gram = ranks.sum(self.motions.T @ self._weighted)
 

@@ -41,7 +41,7 @@ def rigid_motions(
         motions[:, a, d + k] = -x[:, b]
         motions[:, b, d + k] = x[:, a]
     if turning is not None and turning.any():
-        size = np.abs(coordinates - coordinates.mean(axis=0)).max()
+        size = centre_and_size(coordinates)[1]
         motions[turning > 0] = 0.0
         for k in range(len(pairs)):
             motions[:, (k + 2) % 3 if d == 3 else 0, d + k] += turning / size
@@ -50,9 +50,15 @@ def rigid_motions(
 
 def centred(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:
     """Return points (N, d), which ranks may share, from their mean, scaled to the size 1."""
+    centre, size = centre_and_size(coordinates, ranks)
+    return (coordinates - centre) / size
+
+
+def centre_and_size(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> tuple[np.ndarray, float]:
+    """Return the mean (d,) of points (N, d), which ranks may share, and how far they are from it at most."""
     own = ranks.own(coordinates)
-    x = coordinates - ranks.sum(own.sum(axis=0)) / ranks.sum(len(own))
-    return x / (ranks.max(float(np.abs(x).max(initial=0.0))) or 1.0)
+    centre = ranks.sum(own.sum(axis=0)) / ranks.sum(len(own))
+    return centre, ranks.max(float(np.abs(coordinates - centre).max(initial=0.0))) or 1.0
 
 
 def bodies(A: bsr_array) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from copy import copy
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -105,16 +106,20 @@ class GatheredCycle:
         self.stale = False
         if self._cycle is None:
             A = BlockMatrix(*self._pattern, data)
-            levels = [Level(A, np.zeros((self.mesh.size, *data.shape[1:])), diagonal_positions(A))]
+            finest = Level(A, np.zeros((self.mesh.size, *data.shape[1:])), diagonal_positions(A))
+        else:
+            finest = self._cycle.levels[0]
+            finest.A.data[:] = data
+        every = np.arange(self.mesh.size)
+        diagonal_blocks(finest.A, every, finest.inverse)
+        generalised_inverses(finest.inverse, every, finest.inverse)
+        if self._cycle is None:
+            levels = [finest]
             for weights in self.prolongations:
                 P = nodal_prolongation(weights, data.shape[1])
                 levels.append(coarsen(levels[-1], P, weights.shape[1]))
             self._cycle = Cycle(levels)
-        finest, *coarser = self._cycle.levels
-        finest.A.data[:] = data
-        every = np.arange(self.mesh.size)
-        diagonal_blocks(finest.A, every, finest.inverse)
-        generalised_inverses(finest.inverse, every, finest.inverse)
-        for fine, coarse in zip(self._cycle.levels, coarser):
+            return
+        for fine, coarse in pairwise(self._cycle.levels):
             recompute(fine, coarse, np.arange(len(coarse.inverse)))
         self._cycle.coarsest_inverse = None

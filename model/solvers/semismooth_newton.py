@@ -90,6 +90,7 @@ class SmallProblem:
         steps: np.ndarray,
     ):
         S, Y, Z = bordered_inverse(W, G, resistance)
+        S = symmetric(S)
         free = np.eye(G.shape[1])[:, np.abs(resistance).sum(axis=0) == 0.0]
         total, T, R, k = S, np.zeros((0, 0)), np.zeros((0, 0)), W.shape[0] // sides
         if springs is not None:
@@ -97,7 +98,7 @@ class SmallProblem:
             k, C = len(springs), block_diagonal(springs)
             if free.size:
                 free = free @ null_space(C @ G @ free, np.abs(C).max() * np.abs(G).max())
-            G, total = G.reshape(k, d, -1)[:, :sides].reshape(k * sides, -1), symmetric(S) + C
+            G, total = G.reshape(k, d, -1)[:, :sides].reshape(k * sides, -1), S + C
             if sides < d:
                 along = np.arange(k * d) % d > 0
                 T = np.ascontiguousarray(
@@ -273,12 +274,8 @@ class Condensed(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def prepare(arrays):
-    """Fill in the stiffness from its lower triangle, and the rest."""
+    """Fill in what else follows from the stiffness."""
     k, s = arrays.block.shape[:2]
-    for S in (arrays.S, arrays.whole):
-        for i in range(S.shape[0]):
-            for j in range(i):
-                S[j, i] = S[i, j]
     S = arrays.S
     for c in range(k):
         for e in range(k):
