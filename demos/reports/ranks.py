@@ -206,19 +206,27 @@ for name in ("KSPSolve", "PCSetUp", "PCApply"):
 # %% [markdown]
 # ## Ten million unknowns
 #
-# Friction on 10,035,970 unknowns in the plane, on two ranks of a machine of 24 GiB. That takes 12 GiB and some
-# minutes, so it is not run here but shows when it was:
-#
-#     mpirun -n 2 python -m mpi4py shared_scene.py block 7 0.3 ten_million.json
+# Friction on 10,035,970 unknowns in the plane, on two ranks. That takes 15 GiB and some minutes, and
+# is left out where less is free.
+
 
 # %%
-largest = json.loads((HERE / "ten_million.json").read_text())
-label = f"{unknowns(largest)} unknowns,mu=0.3,2 ranks,run on {largest['when']}"
-memory = sum(rank["memory"] for rank in largest["ranks"])
-scene.result(f"peak_memory[{label}]", memory / 2**30, "GiB", 24, "this machine", "at most")
-scene.result(f"seconds[{label}]", seconds(largest), "s")
-scene.result(f"cycles[{label}]", largest["cycles"], "V(1,1)")
-scene.result(f"residual[{label}]", largest["residual"], "1", 1e-8, "tolerance", "at most")
+def free_memory():
+    """Bytes of memory that a new program may have."""
+    lines = Path("/proc/meminfo").read_text().splitlines()
+    return 1024 * int(next(line for line in lines if line.startswith("MemAvailable")).split()[1])
+
+
+if not scene.quick and free_memory() > 16 * 2**30:
+    largest = run("block", 7, 0.3, 2)
+    label = f"{unknowns(largest)} unknowns,mu=0.3,2 ranks"
+    memory = sum(rank["memory"] for rank in largest["ranks"])
+    scene.result(f"peak_memory[{label}]", memory / 2**30, "GiB")
+    scene.result(f"seconds[{label}]", seconds(largest), "s")
+    scene.result(f"cycles[{label}]", largest["cycles"], "V(1,1)")
+    scene.result(f"residual[{label}]", largest["residual"], "1", 1e-8, "tolerance", "at most")
+else:
+    print("Ten million unknowns are left out: they take 16 GiB of free memory, and not --quick.")
 
 # %%
 last = strong["space", 0.3][-1]

@@ -12,7 +12,6 @@ With `alone` every rank solves the whole scene by itself, all at the same time: 
 import json
 import sys
 import warnings
-from datetime import UTC, datetime
 from functools import partial, wraps
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter, process_time
@@ -131,7 +130,6 @@ def main(kind, refinements, mu, out, correction="multigrid", alone=""):
     touching = COMM.allreduce(int(np.count_nonzero(solution.status)))
     if COMM.rank == 0:
         found = {
-            "when": datetime.now(UTC).strftime("%Y-%m-%d"),
             "ranks": ranks,
             "cycles": solution.cycles,
             "sweeps": solution.sweeps,
