@@ -86,11 +86,6 @@ class Exchange:
         """Return the inner product of x and y (N, d), each node counted once; collective."""
         return float(self.sum(float(np.vdot(x[: self.owned], y[: self.owned]))))
 
-    def dots(self, rows: Sequence[np.ndarray], y: np.ndarray) -> np.ndarray:
-        """Return the inner products (k,) of some x (N, d) with y (N, d), by one sum; collective."""
-        own = y[: self.owned]
-        return np.asarray(self.sum(np.array([float(np.vdot(x[: self.owned], own)) for x in rows])))
-
     def any(self, value: bool) -> bool:
         """Tell whether the value is true on any rank; collective."""
         return float(self.sum(float(value))) > 0.0

@@ -106,11 +106,14 @@ def mass_inverse(M: Any, r: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:
 def _shared_inverse(M: Any, force: np.ndarray, scale: np.ndarray, ranks: Any) -> np.ndarray:
     """As `mass_inverse`, where many ranks share the nodes."""
 
-    def product(v: np.ndarray) -> np.ndarray:
+    def minus(v: np.ndarray) -> np.ndarray:
         ranks.update(v)
-        return np.asarray(M @ v.ravel()).reshape(v.shape)
+        product = -(M @ v.ravel()).reshape(v.shape)
+        product[ranks.owned :] = 0.0
+        return np.asarray(product)
 
-    wanted = EXACT * np.sqrt(ranks.dot(force, force))
-    a = conjugate_gradients(product, lambda r: scale * r, force.copy(), wanted, STEPS, ranks.dot)[0]
+    wanted, r = EXACT * np.sqrt(ranks.dot(force, force)), force.copy()
+    r[ranks.owned :] = 0.0
+    a = conjugate_gradients(minus, lambda r: scale * r, r, wanted, STEPS, ranks.sum)[0]
     ranks.update(a)
     return a

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array, diags_array
 
-from model.node_loop.blocks import defect
 from model.node_loop.node_loop import place_on_road
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
@@ -102,7 +101,9 @@ class FirstGuess:
         at_candidates = weights[problem.contact_nodes]
         self.copies = np.flatnonzero(np.diff(at_candidates.indptr) == 1)
         nodes = at_candidates[self.copies].indices.astype(np.int64)
-        A = fine.coarser.A
+        small = len(cycle.levels) == 2
+        below = None if small else cycle.below()
+        A = fine.coarser.A if below is None else below.levels[0].A
         coordinates = np.zeros((weights.shape[1], problem.coordinates.shape[1]))
         copies = np.flatnonzero(np.diff(weights.indptr) == 1)
         coordinates[weights[copies].indices] = problem.coordinates[copies]
@@ -114,15 +115,14 @@ class FirstGuess:
             problem.normal[self.copies],
             None if problem.friction is None else problem.friction.of(self.copies),
         )
-        self.nodes, self.weights, self.P = nodes, at_candidates, fine.P._replace(data=fine.P.data.copy())
+        self.nodes, self.weights, self.P = nodes, at_candidates, cycle.P
         self.normal = problem.normal[self.copies]
         candidate = np.zeros(len(coordinates))
         candidate[nodes] = 1.0
         self.exchange.update(candidate)
         self.between = np.abs(at_candidates @ candidate - at_candidates.sum(axis=1)) < 1e-9
-        small = len(cycle.levels) == 2
         self.gathered = GatheredSolver(coarse, fine.coarser, cycle.coarsest) if small else None
-        self.solver = None if small else solver(coarse, progress=False, finer=cycle)
+        self.solver = None if small else solver(coarse, progress=False, cycle=below)
 
     def update_normals(self, loop: Any) -> None:
         """Follow the new normals of the finer mesh; collective."""
@@ -131,10 +131,12 @@ class FirstGuess:
             self.solver.take_planes(self.normal)
 
     def correct(self, loop: Any, u: np.ndarray, status: np.ndarray) -> None:
-        """Correct u (nodes held, d) and status (n,) of the finer mesh; collective."""
-        fine, d = self.fine, u.shape[1]
-        r = np.zeros(loop.shape)
-        defect(d)(loop.A, loop.b, u, r)
+        """Correct u (nodes held, d) and status (n,) of the finer mesh; collective.
+
+        The residual at u must be the last that the finer loop has computed.
+        """
+        fine, d, r = self.fine, u.shape[1], loop.R
+        r[loop.nodes] -= loop.force
         b = np.zeros((self.weights.shape[1], d))
         P = self.P
         fine.transfers.restrict(P, fine.children, r, b)

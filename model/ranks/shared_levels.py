@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 from model.node_loop.blocks import (
     BlockMatrix,
     backward_sweep,
+    diagonal_blocks,
     diagonal_positions,
     generalised_inverses,
     sweep_from_zero,
@@ -28,7 +29,7 @@ from model.solvers.galerkin_coarsening import (
     transfers,
     transposed,
 )
-from model.solvers.truncated_multigrid import projected_inverses, truncate_rows
+from model.solvers.truncated_multigrid import projected_inverses, truncate_prescribed, truncate_rows
 
 KEPT = 0.4  # of the diagonal blocks, below
 
@@ -43,33 +44,22 @@ class SharedLevel:
     exchange : geometry.exchange.Exchange
     nodes : int
         Nodes held here, ghosts counted.
+    inverse : (owned, d, d), optional
+        Of the diagonal blocks, where it is known.
     """
 
-    def __init__(self, A: BlockMatrix, exchange: Any, nodes: int):
+    def __init__(self, A: BlockMatrix, exchange: Any, nodes: int, inverse: np.ndarray | None = None):
         self.A, self.exchange, self.nodes, self.d = A, exchange, nodes, A.data.shape[1]
-        self.inverse = np.zeros((exchange.owned, self.d, self.d))
+        self.weight = np.zeros((exchange.owned, self.d, self.d))
+        self.inverse = np.empty_like(self.weight) if inverse is None else inverse.copy()
         self.middle = diagonal_positions(A)
         self.ghost = np.flatnonzero(A.indices >= exchange.owned)
         self.ghost_rows = np.searchsorted(A.indptr, self.ghost.astype(np.uint64), side="right") - 1
-        self.weight, self.diagonal = np.zeros_like(self.inverse), np.zeros_like(self.inverse)
         self.z, self.rest, self.load = (np.zeros((nodes, self.d)) for _ in range(3))
-        self.invert()
+        self.invert(np.arange(exchange.owned) if inverse is None else np.unique(self.ghost_rows))
 
-    def copied(self) -> "SharedLevel":
-        """Return a level of its own that begins as this one, the way to the coarser mesh not truncated."""
-        other = copy(self)
-        other.A = self.A._replace(data=self.A.data.copy())
-        other.inverse, other.weight, other.diagonal = (
-            x.copy() for x in (self.inverse, self.weight, self.diagonal)
-        )
-        other.z, other.rest, other.load = (np.zeros_like(x) for x in (self.z, self.rest, self.load))
-        if hasattr(self, "P"):
-            other.P = self.P._replace(data=self.full.copy())
-            other.product = self.product._replace(data=self.product.data.copy())
-        return other
-
-    def invert(self, rows: np.ndarray | None = None) -> None:
-        """Invert the diagonal blocks of owned rows (k,), default all, made heavier by their ghost entries.
+    def invert(self, rows: np.ndarray) -> None:
+        """Invert the diagonal blocks of owned rows (k,), made heavier by their ghost entries.
 
         Gauss-Seidel within the ranks converges, whatever their number, where with M what a sweep inverts,
         M + M^T - A is positive. It is, with the diagonal blocks D, weights W added to them, and entries E
@@ -82,64 +72,62 @@ class SharedLevel:
         (2011) 2864. On 2, 4 and 8 ranks balls and half cylinders of 2,571 to 132,387 unknowns take at most 16
         cycles with 0 for KEPT, 15 with 0.3 to 0.6, 19 with 0.9; alone 13.
         """
-        rows = np.arange(self.exchange.owned) if rows is None else rows
         chosen = np.zeros(self.exchange.owned, dtype=bool)
         chosen[rows] = True
         here = chosen[self.ghost_rows]
         E = self.A.data[self.ghost[here]]
         squares, turns = np.linalg.eigh(E @ E.transpose(0, 2, 1))
         sizes = (turns * np.sqrt(np.maximum(squares, 0.0))[:, None, :]) @ turns.transpose(0, 2, 1)
-        near, place = np.unique(self.ghost_rows[here], return_inverse=True)
-        total = np.zeros((near.size, self.d, self.d))
-        np.add.at(total, place, sizes)
-        self.weight[rows] = 0.0
+        near, first = np.unique(self.ghost_rows[here], return_index=True)  # sorted as they are
+        total = np.add.reduceat(sizes, first) if near.size else sizes
         self.weight[near] = 0.5 * excess(total, self.A.data[self.middle[near]])
-        self.diagonal[rows] = self.A.data[self.middle[rows]] + self.weight[rows]
-        generalised_inverses(self.diagonal, rows, self.inverse)
+        diagonal_blocks(self.A, rows, self.inverse)
+        self.inverse[near] += self.weight[near]
+        generalised_inverses(self.inverse, rows, self.inverse)
 
     def hold(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Let sweeps move owned nodes (k,) within the ranges of their projectors (k, d, d) only."""
-        self.diagonal[nodes] = self.A.data[self.middle[nodes]] + self.weight[nodes]
-        self.inverse[nodes] = projected_inverses(self.diagonal[nodes], projectors)
+        blocks = self.A.data[self.middle[nodes]] + self.weight[nodes]
+        self.inverse[nodes] = projected_inverses(blocks, projectors)
 
-    def coarsen(self, weights: csr_array, exchange: Any, ids: np.ndarray) -> "SharedLevel":
-        """Set the way to the next coarser mesh and return that.
+    def coarsen(self, P: BlockMatrix, exchange: Any, ids: np.ndarray) -> "SharedLevel":
+        """Set the way to the next coarser mesh and return that; collective.
 
         Parameters
         ----------
-        weights : (nodes, coarse nodes)
+        P : BlockMatrix
+            Rows of all nodes held here.
         exchange : geometry.exchange.Exchange
             Of the coarse mesh.
         ids : (coarse nodes,)
             Numbers that all ranks agree on.
         """
-        self.P = nodal_prolongation(weights, self.d)
-        self.full = self.P.data.copy()
-        self.transfers = transfers(self.d, self.d)
-        owned = BlockMatrix(self.P.indptr[: self.exchange.owned + 1], self.P.indices, self.P.data)
-        count = int(owned.indptr[-1])
-        self.children = transposed(owned._replace(indices=owned.indices[:count]), weights.shape[1])
-        indptr, indices = galerkin_pattern(self.A, self.P, self.children)
-        self.product = BlockMatrix(indptr, indices, np.zeros((indices.size, self.d, self.d)))
-        rows = np.repeat(np.arange(weights.shape[1]), np.diff(indptr).astype(np.int64))
-        self._gathered = Gathered(rows, indices.astype(np.int64), exchange, ids)
-        self.coarser = SharedLevel(self._gathered.matrix(self.d), exchange, weights.shape[1])
-        self.recompute()
+        self.P, self.transfers, coarse = P, transfers(self.d, self.d), len(ids)
+        indptr = P.indptr[: self.exchange.owned + 1]
+        self.children = transposed(BlockMatrix(indptr, P.indices[: int(indptr[-1])], P.data), coarse)
+        indptr, indices = galerkin_pattern(self.A, P, self.children)
+        self.product = BlockMatrix(indptr, indices, np.empty((indices.size, self.d, self.d)))
+        self.shares = Shares(self.product, exchange, ids)
+        self._multiply(np.ones(coarse, dtype=bool))
+        self.coarser = SharedLevel(self.shares.own_rows(self.product), exchange, coarse)
         return self.coarser
 
-    def recompute(self, fine: np.ndarray | None = None) -> np.ndarray:
-        """Compute the coarse matrix anew where owned rows (k,), default all, have part in it; collective.
+    def _multiply(self, touched: np.ndarray) -> None:
+        """Compute the coarse rows that all ranks mark as touched (coarse nodes,); collective."""
+        self.transfers.galerkin_rows(self.A, self.P, self.children, np.flatnonzero(touched), self.product)
+        self.shares.sum(self.product, touched)
+
+    def recompute(self, fine: np.ndarray) -> np.ndarray:
+        """Compute the coarse matrix anew where owned rows (k,) have part in it; collective.
 
         Return the owned coarse rows (m,) that have changed.
         """
         coarser, exchange = self.coarser, self.coarser.exchange
-        touched = np.zeros(coarser.nodes)
-        touched[slice(None) if fine is None else columns_of(self.P, fine, coarser.nodes)] = 1.0
-        rows = np.flatnonzero(touched)
-        self.transfers.galerkin_rows(self.A, self.P, self.children, rows, self.product)
+        touched = np.zeros(coarser.nodes, dtype=bool)
+        touched[columns_of(self.P, fine, coarser.nodes)] = True
         exchange.add(touched)
         exchange.update(touched)
-        self._gathered.sum(self.product, touched > 0.0, coarser.A)
+        self._multiply(touched)
         changed = np.flatnonzero(touched[: exchange.owned])
         coarser.invert(changed)
         return changed
@@ -187,82 +175,82 @@ def subtract_ghosts(A, rows, entries, z, r):
                 r[rows[m], a] -= A.data[k, a, b] * z[A.indices[k], b]
 
 
-class Gathered:
-    """The sum, by rows, of what ranks contribute to each other's matrices.
+class Shares:
+    """What ranks contribute to each other's rows of a Galerkin product.
+
+    Owned rows come first in the product, so that they are the coarse matrix as they stand. Meshes are nested
+    and ranks hold all cells around the nodes they own: a row has all its entries where it is owned.
 
     Parameters
     ----------
-    rows, columns : (m,)
-        Nodes of the entries that this rank computes, ghost rows too.
+    product : BlockMatrix
+        Rows of all nodes held here.
     exchange : geometry.exchange.Exchange
     ids : (nodes,)
         Numbers that all ranks agree on.
+
+    Raises
+    ------
+    ValueError
+        If forms couple nodes that have no cell in common; on all ranks.
     """
 
-    def __init__(self, rows: np.ndarray, columns: np.ndarray, exchange: Any, ids: np.ndarray):
-        comm, owned = exchange.comm, exchange.owned
-        self.comm, self.owned = comm, owned
-        self.sent: list[tuple[int, np.ndarray, np.ndarray]] = []
-        asked: list[Any] = [np.zeros((0, 2), dtype=np.int64) for _ in range(comm.size)]
+    def __init__(self, product: BlockMatrix, exchange: Any, ids: np.ndarray):
+        self.comm, self.owned = exchange.comm, exchange.owned
+        counts = np.diff(product.indptr).astype(np.int64)
+        asked: list[Any] = [(np.zeros(0, dtype=np.int64),) * 2] * self.comm.size
+        self.sent, self.received = [], []
         for rank, _, receive in exchange.shared:
-            entries = np.flatnonzero(np.isin(rows, receive))
-            self.sent.append((rank, entries, rows[entries]))
-            asked[rank] = ids[np.stack([rows[entries], columns[entries]], axis=1)]
-        order = np.argsort(ids)
-        received = [
-            order[np.searchsorted(ids, pairs, sorter=order)] for pairs in comm.alltoall(asked)
-        ]  # of each rank, nodes held here
-        own = np.flatnonzero(rows < owned)
-        pairs = [np.stack([rows[own], columns[own]], axis=1), *received]
-        keys = np.concatenate([p[:, 0] * len(ids) + p[:, 1] for p in pairs])
-        distinct, place = np.unique(keys, return_inverse=True)
-        self.rows, self.columns = np.divmod(distinct, len(ids))
-        places = np.split(place, np.cumsum([len(p) for p in pairs])[:-1])
-        self.place = np.zeros(rows.size, dtype=np.int64)
-        self.place[own] = places[0]
-        self.received = [
-            (rank, where, self.rows[where]) for rank, where in enumerate(places[1:]) if where.size
-        ]
+            rows = np.repeat(receive, counts[receive])
+            first = product.indptr[receive].astype(np.int64) - np.cumsum(counts[receive]) + counts[receive]
+            entries = np.repeat(first, counts[receive]) + np.arange(rows.size)
+            self.sent.append((rank, entries, rows))
+            asked[rank] = counts[receive], ids[product.indices[entries]]
+        answers, missing = self.comm.alltoall(asked), False
+        for rank, send, _ in exchange.shared:
+            rows = np.repeat(send, answers[rank][0])
+            places = places_of(product, ids, rows, answers[rank][1])
+            self.received.append((rank, places, rows))
+            missing |= bool(np.any(places < 0))
+        exchange.agree(
+            "On several ranks multigrid needs forms that couple nodes of one cell only; use 'algebraic'."
+            if missing
+            else ""
+        )
 
-    def matrix(self, d: int) -> BlockMatrix:
-        """Return the matrix of the owned rows, zero as yet."""
-        indptr = np.concatenate([[0], np.cumsum(np.bincount(self.rows, minlength=self.owned))])
-        data = np.zeros((self.rows.size, d, d))
-        return BlockMatrix(indptr.astype(np.uint64), self.columns.astype(np.uint32), data)
+    def own_rows(self, product: BlockMatrix) -> BlockMatrix:
+        """Return the owned rows of the product; the values are shared."""
+        count = int(product.indptr[self.owned])
+        return BlockMatrix(product.indptr[: self.owned + 1], product.indices[:count], product.data[:count])
 
-    def sum(self, product: BlockMatrix, touched: np.ndarray, A: BlockMatrix) -> None:
-        """Write all ranks' contributions to the rows that are touched (nodes,) into A; collective."""
-        put_rows(np.flatnonzero(touched[: self.owned]), product, self.place, A)
+    def sum(self, product: BlockMatrix, touched: np.ndarray) -> None:
+        """Add the contributions of other ranks to the owned rows that are touched (nodes,); collective."""
         arriving, requests = [], []
-        for rank, where, rows in self.received:
-            where = where[touched[rows]]
-            if where.size:
-                values = np.empty((where.size, *A.data.shape[1:]))
+        for rank, places, rows in self.received:
+            places = places[touched[rows]]
+            if places.size:
+                values = np.empty((places.size, *product.data.shape[1:]))
                 requests.append(self.comm.Irecv(values, rank))
-                arriving.append((where, values))
+                arriving.append((places, values))
         for rank, entries, rows in self.sent:
             entries = entries[touched[rows]]
             if entries.size:
                 requests.append(self.comm.Isend(product.data[entries], rank))
         for request in requests:
             request.Wait()
-        for where, values in arriving:
-            A.data[where] += values
+        for places, values in arriving:
+            product.data[places] += values
 
 
 @njit(cache=True, error_model="numpy")
-def put_rows(rows, product, place, A):
-    """Write rows of a product into those of A, which has entries besides: entry k goes to place[k]."""
-    d = A.data.shape[1]
-    for i in rows:
-        for k in range(A.indptr[i], A.indptr[i + 1]):
-            for a in range(d):
-                for b in range(d):
-                    A.data[k, a, b] = 0.0
-        for k in range(product.indptr[i], product.indptr[i + 1]):
-            for a in range(d):
-                for b in range(d):
-                    A.data[place[k], a, b] = product.data[k, a, b]
+def places_of(A, ids, rows, columns):
+    """Positions (m,) of the entries of A whose rows are given, and their columns by `ids`; -1 if absent."""
+    places = np.full(rows.size, -1)
+    for m in range(rows.size):
+        for k in range(A.indptr[rows[m]], A.indptr[rows[m] + 1]):
+            if ids[A.indices[k]] == columns[m]:
+                places[m] = k
+    return places
 
 
 class SharedCycle:
@@ -285,25 +273,36 @@ class SharedCycle:
         prolongations: Sequence[csr_array],
         exchanges: Sequence[Any],
         ids: Sequence[np.ndarray],
+        fixed: np.ndarray,
     ):
-        self.levels, shared = [finest], 1 + first_small(finest.d, exchanges)
+        levels, shared = [finest], 1 + first_small(finest.d, exchanges)
         for weights, exchange, numbers in zip(prolongations[:shared], exchanges, ids):
-            self.levels.append(self.levels[-1].coarsen(weights, exchange, numbers))
+            P = nodal_prolongation(weights, finest.d)
+            if len(levels) == 1:
+                truncate_prescribed(P, fixed)
+            levels.append(levels[-1].coarsen(P, exchange, numbers))
         meshes = [
             WholeMesh(exchange, weights.shape[1]) for weights, exchange in zip(prolongations, exchanges)
         ]
         meshes = meshes[shared - 1 :]
         between = [f.weights(P, c) for (f, c), P in zip(pairwise(meshes), prolongations[shared:])]
-        self.coarsest = GatheredCycle(self.levels[-1], meshes[0], between)
+        self._take(levels, GatheredCycle(levels[-1], meshes[0], between))
 
-    def below(self, A: BlockMatrix) -> "SharedCycle":
-        """Return cycles that begin on the next coarser mesh, with its matrix kept in A."""
-        other = object.__new__(SharedCycle)
-        levels = other.levels = [level.copied() for level in self.levels[1:]]
-        levels[0].A = A
+    def _take(self, levels: list[SharedLevel], coarsest: GatheredCycle) -> None:
+        """Take levels, the finest of which gets a prolongation of its own, to be truncated."""
+        self.levels, self.coarsest, self.P = levels, coarsest, levels[0].P
+        levels[0].P = self.P._replace(data=self.P.data.copy())
+
+    def below(self) -> "SharedCycle":
+        """Return cycles that begin on the next coarser mesh, with matrices of their own."""
+        other, levels = object.__new__(SharedCycle), [copy(level) for level in self.levels[1:]]
+        for level in levels:
+            level.inverse, level.weight = level.inverse.copy(), level.weight.copy()
+        levels[0].A = levels[0].A._replace(data=levels[0].A.data.copy())
         for fine, coarse in pairwise(levels):
-            fine.coarser = coarse
-        other.coarsest = self.coarsest.of(levels[-1])
+            fine.product = fine.product._replace(data=fine.product.data.copy())
+            fine.coarser, coarse.A = coarse, fine.shares.own_rows(fine.product)
+        other._take(levels, self.coarsest.of(levels[-1]))
         return other
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
@@ -314,7 +313,7 @@ class SharedCycle:
         finest = self.levels[0]
         own = nodes < finest.exchange.owned
         finest.hold(nodes[own], projectors[own])
-        truncate_rows(finest.P, finest.full, nodes, projectors)
+        truncate_rows(finest.P, self.P.data, nodes, projectors)
         changed = finest.around(nodes)
         for fine, _ in pairwise(self.levels):
             changed = fine.recompute(changed)

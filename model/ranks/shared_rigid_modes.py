@@ -50,15 +50,12 @@ class SharedRigidModes:
             return
         nodes, own = problem.contact_nodes, body[:owned]
         d = problem.coordinates.shape[1]
-        sides = [side for side in product((-1.0, 0.0, 1.0), repeat=d) if any(side)]
-        extremes = [
-            here[np.argmax(problem.coordinates[here] @ side)]
-            for here in (np.flatnonzero(own == number) for number in np.unique(own[own >= 0]))
-            for side in sides
-        ]
+        sides = np.array([side for side in product((-1.0, 0.0, 1.0), repeat=d) if any(side)])
+        members = [np.flatnonzero(own == number) for number in np.unique(own[own >= 0])]
+        extremes = [here[np.argmax(problem.coordinates[here] @ sides.T, axis=0)] for here in members]
         candidates, others = (
             [ranks.stacked(x[chosen]) for x in (problem.coordinates, body, self.modes)]
-            for chosen in (nodes, np.array(extremes, dtype=np.int64))
+            for chosen in (nodes, np.concatenate([nodes[:0], *extremes]))
         )
         coordinates, numbers, modes = (np.concatenate(x) for x in zip(candidates, others))
         modes = modes.reshape(-1, self.modes.shape[2])
@@ -88,9 +85,13 @@ def bodies(problem: SharedProblem) -> np.ndarray:
     """
     exchange, N = problem.exchanges[0], len(problem.coordinates)
     A: bsr_array = problem.A
-    indptr = np.concatenate([A.indptr, np.full(N - exchange.owned, A.indptr[-1])])
-    graph = csr_array((np.ones(A.indices.size, dtype=np.int8), A.indices, indptr), shape=(N, N))
-    _, label = connected_components(graph, directed=False)
+    ghost = np.flatnonzero(A.indices >= exchange.owned)
+    rows = np.searchsorted(A.indptr, ghost, side="right") - 1
+    back = csr_array((np.ones(ghost.size), (A.indices[ghost], rows)), shape=(N, N))  # what makes A symmetric
+    indices = np.concatenate([A.indices, back.indices])
+    indptr = np.concatenate([A.indptr, A.indptr[-1] + back.indptr[exchange.owned + 1 :]])
+    graph = csr_array((np.ones(indices.size), indices, indptr), shape=(N, N))
+    _, label = connected_components(graph, connection="strong")  # this transposes nothing
     number = np.where(np.bincount(label)[label] == 1, -1, problem.ids[0]).astype(np.int64)
     exchange.update(number)
     falls = True
@@ -108,7 +109,8 @@ def unheld_motions(problem: SharedProblem, body: np.ndarray) -> np.ndarray:
     ranks, (N, d) = problem.exchanges[0], problem.coordinates.shape
     numbers = np.unique(ranks.stacked(np.unique(body[body >= 0])))
     motions = rigid_motions(problem.coordinates, ranks)
-    motions = np.concatenate([motions * (body == k)[:, None, None] for k in numbers], axis=2)
+    if not np.all(body == numbers[:1]):
+        motions = np.concatenate([motions * (body == k)[:, None, None] for k in numbers], axis=2)
     columns = motions.reshape(N * d, motions.shape[2])
     own, diagonal = columns[: ranks.owned * d], problem.A.diagonal()
     energy = ranks.sum(own.T @ (problem.A @ columns))

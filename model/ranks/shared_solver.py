@@ -109,8 +109,8 @@ class SharedSolver:
         Show a bar on rank 0.
     correction : str
         "multigrid" on nested meshes; else "algebraic" or "direct" by PETSc, or "none".
-    finer : SharedCycle, optional
-        Of the next finer mesh, whose coarser meshes are these.
+    cycle : SharedCycle, optional
+        For this problem, where it has been made.
     nested : bool
         Take first guesses from coarser meshes; for the rough loads of time steps they are no good.
     """
@@ -121,7 +121,7 @@ class SharedSolver:
         correction: str = "auto",
         progress: bool = True,
         nested: bool = True,
-        finer: SharedCycle | None = None,
+        cycle: SharedCycle | None = None,
     ):
         self.name = chosen(problem, correction)
         began = perf_counter()
@@ -131,16 +131,9 @@ class SharedSolver:
         if self.exchange.comm.rank == 0:
             announce_compilation()
         self.loop = SharedLoop(problem)
-        self.cycle = self._make(finer)
         N, d = problem.coordinates.shape
-        fixed = np.zeros((N, d))
-        fixed[: self.exchange.owned] = self.loop.uncoupled
-        self.exchange.update(fixed)
-        self.projectors = np.eye(d) * (1.0 - fixed)[:, :, None]
-        self.alone = np.nonzero(self.loop.uncoupled)
-        if self.cycle is not None:
-            held = np.flatnonzero(fixed.any(axis=1))
-            self.cycle.truncate(held, self.projectors[held])
+        self.projectors, self.alone = np.zeros((N, d, d)), np.nonzero(self.loop.uncoupled)
+        self.cycle = self._make() if cycle is None else cycle
         nested = nested and self.name == "multigrid"
         self.first_guess = FirstGuess(problem, self.cycle, SharedSolver) if nested else None
         nodes = problem.contact_nodes
@@ -152,17 +145,20 @@ class SharedSolver:
         self.status, self.last = np.zeros(n, dtype=np.int8), np.zeros(n, dtype=np.int8)
         self.setup_seconds = perf_counter() - began
 
-    def _make(self, finer: SharedCycle | None) -> Any:
-        """Make what corrects."""
-        problem, A = self.problem, self.loop.A
-        if finer is not None:
-            return finer.below(A)
+    def _make(self) -> Any:
+        """Make what corrects; collective."""
+        problem, loop = self.problem, self.loop
         if self.name == "none":
             return None
-        finest = SharedLevel(A, self.exchange, len(problem.coordinates))
+        fixed = np.zeros(problem.coordinates.shape, dtype=bool)
+        fixed[: self.exchange.owned] = loop.uncoupled
+        self.exchange.update(fixed)
+        finest = SharedLevel(loop.A, self.exchange, len(fixed), loop.inverse)
         if self.name == "multigrid":
-            return SharedCycle(finest, problem.prolongations, problem.exchanges[1:], problem.ids[1:])
-        return PetscCycle(finest, problem.coordinates, self.name)
+            return SharedCycle(finest, problem.prolongations, problem.exchanges[1:], problem.ids[1:], fixed)
+        cycle, held = PetscCycle(finest, problem.coordinates, self.name), np.flatnonzero(fixed.any(axis=1))
+        cycle.truncate(held, np.eye(fixed.shape[1]) * ~fixed[held, :, None])
+        return cycle
 
     def solve(
         self,
@@ -277,11 +273,8 @@ class SharedSolver:
         loop.set_load(b[: self.exchange.owned], gap, reference, told)
         u = np.zeros((len(b), b.shape[1]))
         status = loop.start(u, None)
-        self.last[:] = status
-        if self.first_guess is not None:
-            self.first_guess.correct(loop, u, status)
         with suppress(NotConverged):
-            self._rounds(u, status, Record(tolerance, GUESSES, lambda: 0, False))
+            self.solve_step(u, status, Record(tolerance, GUESSES, lambda: 0, False))
         return u, status
 
     def _rounds(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
@@ -354,30 +347,18 @@ class SharedSolver:
         loop, exchange, owned = self.loop, self.exchange, self.exchange.owned
         nothing, product = np.zeros_like(R), np.zeros_like(R)
 
-        def multiply(v: np.ndarray) -> np.ndarray:
+        def minus(v: np.ndarray) -> np.ndarray:
             defect(R.shape[1])(loop.A, nothing, v, product[:owned])
-            np.negative(product, out=product)
-            return product
-
-        def linear(v: np.ndarray) -> np.ndarray:
-            multiply(v)
-            self._project(product)
-            return product
-
-        slipping = np.flatnonzero(status == Status.SLIP)
-        if loop.friction is None or not exchange.any(slipping.size > 0):
-            return conjugate_gradients(linear, self.cycle, R, wanted, KRYLOV, exchange.dot)
-        nodes, normal = loop.nodes[slipping], loop.frame[slipping, 0]
-        follow = self.follow[slipping]
-
-        def with_friction(v: np.ndarray) -> np.ndarray:
-            multiply(v)
             pressure = np.einsum("ca,ca->c", normal, product[nodes])
             self._project(product)
             product[nodes] -= pressure[:, None] * follow
             return product
 
-        return flexible_gmres(with_friction, self.cycle, R, wanted, KRYLOV, exchange.dots)
+        slipping = np.flatnonzero(status == Status.SLIP)
+        slipping = slipping[:0] if loop.friction is None else slipping
+        nodes, normal, follow = loop.nodes[slipping], loop.frame[slipping, 0], self.follow[slipping]
+        method = flexible_gmres if exchange.any(slipping.size > 0) else conjugate_gradients
+        return method(minus, self.cycle, R, wanted, KRYLOV, exchange.sum)
 
     def _truncate(self, status: np.ndarray) -> bool:
         """Hold the nodes as `status` says; True if that changed anything anywhere; collective."""
