@@ -4,10 +4,12 @@ from copy import copy
 from typing import Any
 
 import numpy as np
+from numba import njit
 from scipy.linalg import qr
 from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
+from model.node_loop.blocks import FUSED
 from model.node_loop.contact_sweep import frames
 from model.node_loop.node_loop import along_road
 from model.node_loop.status import Status
@@ -63,11 +65,33 @@ def centre_and_size(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> tuple[np.
 
 def bodies(A: bsr_array) -> np.ndarray:
     """Tell which of the bodies that A holds each node belongs to, (N,); -1 for a node that stands alone."""
-    N = A.indptr.size - 1
-    graph = csr_array((np.ones(A.indices.size, dtype=np.int8), A.indices, A.indptr), shape=(N, N))
-    _, label = connected_components(graph, connection="strong")  # A is symmetric; this transposes nothing
+    label = connected(A.indptr, A.indices, A.indptr.size - 1)
     label[np.bincount(label)[label] == 1] = -1
     return np.unique(label, return_inverse=True)[1] - int(label.min() < 0)
+
+
+@njit(cache=True)
+def connected(indptr, indices, nodes):
+    """Least node (nodes,) that each is connected to, by the first rows of a sparse matrix.
+
+    scipy's connected_components needs all rows, or transposes them.
+    """
+    least = np.arange(nodes)
+    for i in range(indptr.size - 1):
+        a = least[i]
+        for k in range(indptr[i], indptr[i + 1]):
+            b = least[indices[k]]
+            if b != a:
+                while least[a] != a:
+                    a = least[a]
+                while least[b] != b:
+                    b = least[b]
+                a, b = min(a, b), max(a, b)
+                least[b] = a
+        least[i] = a
+    for i in range(nodes):
+        least[i] = least[least[i]]
+    return least
 
 
 def parts(A: bsr_array, chosen: np.ndarray) -> np.ndarray:
@@ -107,8 +131,35 @@ def unheld_motions(
     above rounding, and below any real support, which resists at least at one node.
     """
     motions = motions_of_each_body(coordinates, body, turning)
-    energy = motions.T @ (A @ motions)
-    return motions @ free_amplitudes(energy, motions.T @ (A.diagonal()[:, None] * motions))
+    shape = (*coordinates.shape, motions.shape[1])
+    return motions @ free_amplitudes(*energies(A.indptr, A.indices, A.data, motions.reshape(shape)))
+
+
+@njit(cache=True, error_model="numpy", fastmath=FUSED)
+def energies(indptr, indices, data, motions):
+    """Energies (m, m) of motions (N, d, m) in the first rows of a matrix, and those of each unknown alone."""
+    _, d, m = motions.shape
+    energy, alone, row = np.zeros((m, m)), np.zeros((m, m)), np.empty((d, m))
+    for i in range(indptr.size - 1):
+        row[:] = 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            j = indices[k]
+            for a in range(d):
+                for c in range(m):
+                    s = 0.0
+                    for b in range(d):
+                        s += data[k, a, b] * motions[j, b, c]
+                    row[a, c] += s
+            if j == i:
+                for a in range(d):
+                    for c in range(m):
+                        for e in range(m):
+                            alone[c, e] += motions[i, a, c] * data[k, a, a] * motions[i, a, e]
+        for a in range(d):
+            for c in range(m):
+                for e in range(m):
+                    energy[c, e] += motions[i, a, c] * row[a, e]
+    return energy, alone
 
 
 def free_amplitudes(energy: np.ndarray, scale: np.ndarray) -> np.ndarray:

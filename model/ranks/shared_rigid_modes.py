@@ -3,10 +3,8 @@
 from itertools import product
 
 import numpy as np
-from scipy.sparse import bsr_array, csr_array
-from scipy.sparse.csgraph import connected_components
 
-from model.problem.rigid_modes import RigidModes, free_amplitudes, rigid_motions
+from model.problem.rigid_modes import RigidModes, connected, energies, free_amplitudes, rigid_motions
 from model.ranks.shared_problem import SharedProblem
 
 
@@ -83,20 +81,13 @@ def bodies(problem: SharedProblem) -> np.ndarray:
 
     A body has the least of its nodes' numbers: ranks ask for those of their copies until none falls.
     """
-    exchange, N = problem.exchanges[0], len(problem.coordinates)
-    A: bsr_array = problem.A
-    ghost = np.flatnonzero(A.indices >= exchange.owned)
-    rows = np.searchsorted(A.indptr, ghost, side="right") - 1
-    back = csr_array((np.ones(ghost.size), (A.indices[ghost], rows)), shape=(N, N))  # what makes A symmetric
-    indices = np.concatenate([A.indices, back.indices])
-    indptr = np.concatenate([A.indptr, A.indptr[-1] + back.indptr[exchange.owned + 1 :]])
-    graph = csr_array((np.ones(indices.size), indices, indptr), shape=(N, N))
-    _, label = connected_components(graph, connection="strong")  # this transposes nothing
+    exchange, N, A = problem.exchanges[0], len(problem.coordinates), problem.A
+    label = connected(A.indptr, A.indices, N)
     number = np.where(np.bincount(label)[label] == 1, -1, problem.ids[0]).astype(np.int64)
     exchange.update(number)
     falls = True
     while exchange.any(falls):
-        least = np.full(label.max(initial=-1) + 1, np.iinfo(np.int64).max)
+        least = np.full(N, np.iinfo(np.int64).max)
         np.minimum.at(least, label, number)
         falls = bool(np.any(least[label] < number))
         number = least[label]
@@ -106,16 +97,12 @@ def bodies(problem: SharedProblem) -> np.ndarray:
 
 def unheld_motions(problem: SharedProblem, body: np.ndarray) -> np.ndarray:
     """Rigid motions (N, d, m), orthonormal, that cost no energy, as those of one rank; collective."""
-    ranks, (N, d) = problem.exchanges[0], problem.coordinates.shape
+    ranks, d = problem.exchanges[0], problem.coordinates.shape[1]
     numbers = np.unique(ranks.stacked(np.unique(body[body >= 0])))
     motions = rigid_motions(problem.coordinates, ranks)
     if not np.all(body == numbers[:1]):
         motions = np.concatenate([motions * (body == k)[:, None, None] for k in numbers], axis=2)
-    columns = motions.reshape(N * d, motions.shape[2])
-    own, diagonal = columns[: ranks.owned * d], problem.A.diagonal()
-    energy = ranks.sum(own.T @ (problem.A @ columns))
-    free = free_amplitudes(energy, ranks.sum(own.T @ (diagonal[:, None] * own)))
+    A, own = problem.A, motions[: ranks.owned].reshape(ranks.owned * d, -1)
+    free = free_amplitudes(*ranks.sum(np.stack(energies(A.indptr, A.indices, A.data, motions))))
     gram = ranks.sum((own @ free).T @ (own @ free))
-    return np.asarray(
-        (columns @ np.linalg.solve(np.linalg.cholesky(gram), free.T).T).reshape(N, d, free.shape[1])
-    )
+    return np.asarray(motions @ np.linalg.solve(np.linalg.cholesky(gram), free.T).T)
