@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, LinearRoad, Plane, box, half_ball, half_cylinder, rectangle, ring
 from model import BodyOnRoad, ContactSolver, solve
+from model.problem.rigid_modes import connected
 from model.quasistatics.curved_contact import CurvedContact
 
 CYLINDER = Elasticity(Body.from_grid(half_cylinder(10.0)), Isotropic(210e3, 0.3))
@@ -121,3 +126,17 @@ def test_a_body_on_a_smooth_plane_may_be_free_to_go_along_it(grid, correction):
     solution = solve(BodyOnRoad(system, "bottom", plane), correction)
     assert solution.contact_force[:, -1].sum() == pytest.approx(1000.0 * 0.01 * 2.0, rel=1e-9)
     assert np.abs(solution.displacement).max() == pytest.approx(0.01, rel=1e-9)
+
+
+@given(st.integers(1, 30), st.data())
+def test_connected_parts_are_those_of_scipy_from_some_rows_alone(N, data):
+    rows = data.draw(st.integers(0, N))
+    pairs = data.draw(
+        st.lists(st.tuples(st.integers(0, max(rows - 1, 0)), st.integers(0, N - 1)), max_size=60)
+    )
+    i, j = np.array(pairs if rows else [], dtype=int).reshape(-1, 2).T
+    graph = csr_array((np.ones(i.size), (i, j)), shape=(N, N))
+    label = connected_components(graph, directed=False)[1]
+    least = np.full(N, N)
+    np.minimum.at(least, label, np.arange(N))
+    assert np.array_equal(connected(graph.indptr[: rows + 1], graph.indices, N), least[label])

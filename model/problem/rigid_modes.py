@@ -9,7 +9,6 @@ from scipy.linalg import qr
 from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
-from model.node_loop.blocks import FUSED
 from model.node_loop.contact_sweep import frames
 from model.node_loop.node_loop import along_road
 from model.node_loop.status import Status
@@ -131,35 +130,8 @@ def unheld_motions(
     above rounding, and below any real support, which resists at least at one node.
     """
     motions = motions_of_each_body(coordinates, body, turning)
-    shape = (*coordinates.shape, motions.shape[1])
-    return motions @ free_amplitudes(*energies(A.indptr, A.indices, A.data, motions.reshape(shape)))
-
-
-@njit(cache=True, error_model="numpy", fastmath=FUSED)
-def energies(indptr, indices, data, motions):
-    """Energies (m, m) of motions (N, d, m) in the first rows of a matrix, and those of each unknown alone."""
-    _, d, m = motions.shape
-    energy, alone, row = np.zeros((m, m)), np.zeros((m, m)), np.empty((d, m))
-    for i in range(indptr.size - 1):
-        row[:] = 0.0
-        for k in range(indptr[i], indptr[i + 1]):
-            j = indices[k]
-            for a in range(d):
-                for c in range(m):
-                    s = 0.0
-                    for b in range(d):
-                        s += data[k, a, b] * motions[j, b, c]
-                    row[a, c] += s
-            if j == i:
-                for a in range(d):
-                    for c in range(m):
-                        for e in range(m):
-                            alone[c, e] += motions[i, a, c] * data[k, a, a] * motions[i, a, e]
-        for a in range(d):
-            for c in range(m):
-                for e in range(m):
-                    energy[c, e] += motions[i, a, c] * row[a, e]
-    return energy, alone
+    energy = motions.T @ (A @ motions)
+    return motions @ free_amplitudes(energy, motions.T @ (A.diagonal()[:, None] * motions))
 
 
 def free_amplitudes(energy: np.ndarray, scale: np.ndarray) -> np.ndarray:

@@ -31,7 +31,6 @@ from model.solvers.galerkin_coarsening import (
 )
 from model.solvers.truncated_multigrid import projected_inverses, truncate_prescribed, truncate_rows
 
-TINY = 1e-300
 KEPT = 0.4  # of the diagonal blocks, below
 
 
@@ -77,9 +76,8 @@ class SharedLevel:
         chosen[rows] = True
         here = chosen[self.ghost_rows]
         E = self.A.data[self.ghost[here]]
-        squares = E @ E.transpose(0, 2, 1)
-        size = np.sqrt(np.einsum("naa->n", squares) / self.d)[:, None, None] + TINY
-        sizes = 0.5 * (squares / size + size * np.eye(self.d))
+        squares, turns = np.linalg.eigh(E @ E.transpose(0, 2, 1))
+        sizes = (turns * np.sqrt(np.maximum(squares, 0.0))[:, None, :]) @ turns.transpose(0, 2, 1)
         near, first = np.unique(self.ghost_rows[here], return_index=True)  # sorted as they are
         total = np.add.reduceat(sizes, first) if near.size else sizes
         self.weight[near] = 0.5 * excess(total, self.A.data[self.middle[near]])

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from model.problem.rigid_modes import RigidModes, connected, energies, free_amplitudes, rigid_motions
+from model.problem.rigid_modes import RigidModes, connected, free_amplitudes, rigid_motions
 from model.ranks.shared_problem import SharedProblem
 
 
@@ -102,7 +102,9 @@ def unheld_motions(problem: SharedProblem, body: np.ndarray) -> np.ndarray:
     motions = rigid_motions(problem.coordinates, ranks)
     if not np.all(body == numbers[:1]):
         motions = np.concatenate([motions * (body == k)[:, None, None] for k in numbers], axis=2)
-    A, own = problem.A, motions[: ranks.owned].reshape(ranks.owned * d, -1)
-    free = free_amplitudes(*ranks.sum(np.stack(energies(A.indptr, A.indices, A.data, motions))))
+    columns = motions.reshape(-1, motions.shape[2])
+    own, diagonal = columns[: ranks.owned * d], problem.A.diagonal()
+    energy = ranks.sum(own.T @ (problem.A @ columns))
+    free = free_amplitudes(energy, ranks.sum(own.T @ (diagonal[:, None] * own)))
     gram = ranks.sum((own @ free).T @ (own @ free))
     return np.asarray(motions @ np.linalg.solve(np.linalg.cholesky(gram), free.T).T)
