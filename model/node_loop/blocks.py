@@ -13,6 +13,8 @@ import numpy as np
 from numba import njit
 from scipy.sparse import bsr_array
 
+from model.node_loop.prefetch import AHEAD, prefetch
+
 # Multiply and add in one, no more: where sums may be reordered the compiler gathers, four times slower.
 FUSED = {"contract"}
 SINGULAR = 1e-13  # of the largest pivot: what rounding leaves of a block that resists in fewer directions
@@ -44,90 +46,104 @@ def node_order(order: Any, nodes: int) -> np.ndarray:
 
 
 @njit(inline="always")
-def row_defect_2(A, begin, end, load, u, i, r, backward=False):
-    """Write load_i - sum_k A_k u_j(k), over the blocks begin <= k < end, into r; for blocks of two.
-
-    `backward` takes the blocks from the last to the first.
-    """
-    r0, r1 = load[i, 0], load[i, 1]
-    s0, s1 = 0.0, 0.0
-    for m in range(end - begin):
-        k = end - np.uint64(1) - m if backward else begin + m
-        j = A.indices[k]
-        x, y = u[j, 0], u[j, 1]
-        r0 -= A.data[k, 0, 0] * x
-        s0 -= A.data[k, 0, 1] * y
-        r1 -= A.data[k, 1, 0] * x
-        s1 -= A.data[k, 1, 1] * y
-    r[0], r[1] = r0 + s0, r1 + s1
+def flat(x):
+    """All entries of x in one row: only then does the compiler know their distances in memory."""
+    return x.reshape(x.size)
 
 
 @njit(inline="always")
-def row_defect_3(A, begin, end, load, u, i, r, backward=False):
-    """As `row_defect_2`, for blocks of three."""
-    r0, r1, r2 = load[i, 0], load[i, 1], load[i, 2]
+def row_defect_2(A, begin, end, load, u, i, ahead, backward=False):
+    """Return load_i - sum_k A_k u_j(k), over the blocks begin <= k < end, for blocks of two.
+
+    `load`, `u` and the data of A are flat; memory is asked for so many bytes ahead. `backward` takes the
+    blocks from the last to the first.
+    """
+    r0, r1 = load[2 * i], load[2 * i + 1]
+    s0, s1 = 0.0, 0.0
     for m in range(end - begin):
         k = end - np.uint64(1) - m if backward else begin + m
-        j = A.indices[k]
-        x, y, z = u[j, 0], u[j, 1], u[j, 2]
-        r0 -= A.data[k, 0, 0] * x + A.data[k, 0, 1] * y + A.data[k, 0, 2] * z
-        r1 -= A.data[k, 1, 0] * x + A.data[k, 1, 1] * y + A.data[k, 1, 2] * z
-        r2 -= A.data[k, 2, 0] * x + A.data[k, 2, 1] * y + A.data[k, 2, 2] * z
-    r[0], r[1], r[2] = r0, r1, r2
+        j, a = np.uint64(2) * np.uint64(A.indices[k]), np.uint64(4) * k
+        prefetch(A.data, a, ahead)
+        x, y = u[j], u[j + np.uint64(1)]
+        r0 -= A.data[a] * x
+        s0 -= A.data[a + np.uint64(1)] * y
+        r1 -= A.data[a + np.uint64(2)] * x
+        s1 -= A.data[a + np.uint64(3)] * y
+    return r0 + s0, r1 + s1
+
+
+@njit(inline="always")
+def row_defect_3(A, begin, end, load, u, i, ahead, backward=False):
+    """As `row_defect_2`, for blocks of three."""
+    r0, r1, r2 = load[3 * i], load[3 * i + 1], load[3 * i + 2]
+    for m in range(end - begin):
+        k = end - np.uint64(1) - m if backward else begin + m
+        j, a = np.uint64(3) * np.uint64(A.indices[k]), np.uint64(9) * k
+        prefetch(A.data, a, ahead)
+        x, y, z = u[j], u[j + np.uint64(1)], u[j + np.uint64(2)]
+        r0 -= A.data[a] * x + A.data[a + np.uint64(1)] * y + A.data[a + np.uint64(2)] * z
+        r1 -= A.data[a + np.uint64(3)] * x + A.data[a + np.uint64(4)] * y + A.data[a + np.uint64(5)] * z
+        r2 -= A.data[a + np.uint64(6)] * x + A.data[a + np.uint64(7)] * y + A.data[a + np.uint64(8)] * z
+    return r0, r1, r2
 
 
 @njit(inline="always")
 def row_defect_any(A, begin, end, load, u, i, r):
-    """As `row_defect_2`, for blocks of any size."""
-    for a in range(r.size):
-        s = load[i, a]
-        for k in range(begin, end):
-            j = A.indices[k]
-            for b in range(r.size):
-                s -= A.data[k, a, b] * u[j, b]
+    """As `row_defect_2`, for blocks of any size; r has room for a row."""
+    d = r.size
+    for a in range(d):
+        s = load[d * i + a]
+        for k in range(np.int64(begin), np.int64(end)):
+            j = d * np.int64(A.indices[k])
+            for b in range(d):
+                s -= A.data[(d * k + a) * d + b] * u[j + b]
         r[a] = s
+    return r
 
 
 @njit(inline="always")
-def column_defect_2(A, begin, end, z, i, r):
-    """Do r_j(k) -= A_k^T z_i over the blocks begin <= k < end; for blocks of two."""
-    x, y = z[i, 0], z[i, 1]
+def column_defect_2(A, begin, end, x, r):
+    """Do r_j(k) -= A_k^T x over the blocks begin <= k < end; for blocks of two, all flat."""
+    x0, x1 = x
     for k in range(begin, end):
-        j = A.indices[k]
-        r[j, 0] -= A.data[k, 0, 0] * x + A.data[k, 1, 0] * y
-        r[j, 1] -= A.data[k, 0, 1] * x + A.data[k, 1, 1] * y
+        j, a = np.uint64(2) * np.uint64(A.indices[k]), np.uint64(4) * k
+        r[j] -= A.data[a] * x0 + A.data[a + np.uint64(2)] * x1
+        r[j + np.uint64(1)] -= A.data[a + np.uint64(1)] * x0 + A.data[a + np.uint64(3)] * x1
 
 
 @njit(inline="always")
-def column_defect_3(A, begin, end, z, i, r):
+def column_defect_3(A, begin, end, x, r):
     """As `column_defect_2`, for blocks of three."""
-    x0, x1, x2 = z[i, 0], z[i, 1], z[i, 2]
+    x0, x1, x2 = x
     for k in range(begin, end):
-        j = A.indices[k]
-        r[j, 0] -= A.data[k, 0, 0] * x0 + A.data[k, 1, 0] * x1 + A.data[k, 2, 0] * x2
-        r[j, 1] -= A.data[k, 0, 1] * x0 + A.data[k, 1, 1] * x1 + A.data[k, 2, 1] * x2
-        r[j, 2] -= A.data[k, 0, 2] * x0 + A.data[k, 1, 2] * x1 + A.data[k, 2, 2] * x2
+        j, a = np.uint64(3) * np.uint64(A.indices[k]), np.uint64(9) * k
+        for _ in range(3):
+            r[j] -= A.data[a] * x0 + A.data[a + np.uint64(3)] * x1 + A.data[a + np.uint64(6)] * x2
+            j, a = j + np.uint64(1), a + np.uint64(1)
 
 
 @njit(inline="always")
-def column_defect_any(A, begin, end, z, i, r):
+def column_defect_any(A, begin, end, x, r):
     """As `column_defect_2`, for blocks of any size."""
-    for k in range(begin, end):
-        for a in range(z.shape[1]):
+    d = x.size
+    for k in range(np.int64(begin), np.int64(end)):
+        j = d * np.int64(A.indices[k])
+        for b in range(d):
             s = 0.0
-            for b in range(z.shape[1]):
-                s += A.data[k, b, a] * z[i, b]
-            r[A.indices[k], a] -= s
+            for a in range(d):
+                s += A.data[(d * k + a) * d + b] * x[a]
+            r[j + b] -= s
 
 
 @njit(inline="always")
 def relax(inverse, i, r, u):
-    """Do u_i += D_i^-1 r, `inverse` (n, d, d) holding D_i^-1."""
-    for a in range(r.size):
+    """Do u_i += D_i^-1 r, `inverse` holding all D_i^-1, flat as u."""
+    d = len(r)
+    for a in range(d):
         s = 0.0
-        for b in range(r.size):
-            s += inverse[i, a, b] * r[b]
-        u[i, a] += s
+        for b in range(d):
+            s += inverse[(d * i + a) * d + b] * r[b]
+        u[d * i + a] += s
 
 
 @lru_cache
@@ -140,15 +156,17 @@ def backward_sweep(size: int) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweep(A, inverse, load, u):
-        r, nodes = np.empty(size), A.indptr.size - 1
+        row, nodes = np.empty(size), A.indptr.size - 1
+        A = BlockMatrix(A.indptr, A.indices, flat(A.data))
+        inverse, load, u = flat(inverse), flat(load), flat(u)
         for passed in range(nodes):
             i = nodes - 1 - passed
             if size == 2:
-                row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, r, True)
+                r = row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD, True)
             elif size == 3:
-                row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, r, True)
+                r = row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD, True)
             else:
-                row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
+                r = row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
             relax(inverse, i, r, u)
 
     return sweep
@@ -156,34 +174,37 @@ def backward_sweep(size: int) -> Any:
 
 @lru_cache
 def sweep_from_zero(size: int) -> Any:
-    """Compile a forward sweep for A z = r from z = 0, with its defect, for the price of one product.
+    """Compile a forward sweep for A z = r from z = 0, with its defect, which reads half the matrix.
 
     A must be symmetric, its rows sorted, with diagonal blocks at the positions `middle` (n,). Going up, only
-    what lies left of the diagonal counts; its transpose, met in the same rows, gives the defect. Rows are
-    read whole all the same: memory read in pieces comes five times slower than in one stream.
+    what lies left of the diagonal counts; its transpose, met in the same rows, gives the defect.
     """
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweep(A, middle, inverse, r, z, rest):
-        row = np.empty(size)
+        row, nodes = np.empty(size), A.indptr.size - 1
+        lead = max(1, AHEAD * nodes // max(1, A.data.nbytes))  # rows
+        A = BlockMatrix(A.indptr, A.indices, flat(A.data))
+        inverse, r, z, rest = flat(inverse), flat(r), flat(z), flat(rest)
         z[:] = 0.0
-        for i in range(A.indptr.size - 1):
+        for i in range(nodes):
             begin, after = A.indptr[i], middle[i] + np.uint64(1)
+            ahead = np.int64(A.indptr[min(i + lead, nodes)] - begin) * (8 * size * size)
             if size == 2:
-                row_defect_2(A, begin, A.indptr[i + 1], r, z, i, row)
+                x = row_defect_2(A, begin, middle[i], r, z, i, ahead)
             elif size == 3:
-                row_defect_3(A, begin, A.indptr[i + 1], r, z, i, row)
+                x = row_defect_3(A, begin, middle[i], r, z, i, ahead)
             else:
-                row_defect_any(A, begin, A.indptr[i + 1], r, z, i, row)
+                x = row_defect_any(A, begin, middle[i], r, z, i, row)
             for a in range(size):
-                rest[i, a] = row[a]
-            relax(inverse, i, row, z)
+                rest[size * i + a] = x[a]
+            relax(inverse, i, x, z)
             if size == 2:
-                column_defect_2(A, begin, after, z, i, rest)
+                column_defect_2(A, begin, after, (z[2 * i], z[2 * i + 1]), rest)
             elif size == 3:
-                column_defect_3(A, begin, after, z, i, rest)
+                column_defect_3(A, begin, after, (z[3 * i], z[3 * i + 1], z[3 * i + 2]), rest)
             else:
-                column_defect_any(A, begin, after, z, i, rest)
+                column_defect_any(A, begin, after, z[size * i : size * i + size], rest)
 
     return sweep
 
@@ -206,15 +227,17 @@ def defect(size: int) -> Any:
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def compute(A, load, u, r):
         row = np.empty(size)
-        for i in range(r.shape[0]):
+        A = BlockMatrix(A.indptr, A.indices, flat(A.data))
+        load, u, r = flat(load), flat(u), flat(r)
+        for i in range(r.size // size):
             if size == 2:
-                row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
+                x = row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, AHEAD)
             elif size == 3:
-                row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
+                x = row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, AHEAD)
             else:
-                row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
+                x = row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
             for a in range(size):
-                r[i, a] = row[a]
+                r[size * i + a] = x[a]
 
     return compute
 

@@ -18,8 +18,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from model.node_loop.blocks import FUSED, row_defect_2, row_defect_3, row_defect_any
+from model.node_loop.blocks import (
+    FUSED,
+    BlockMatrix,
+    flat,
+    relax,
+    row_defect_2,
+    row_defect_3,
+    row_defect_any,
+)
 from model.node_loop.friction_laws import allowed
+from model.node_loop.prefetch import AHEAD
 from model.node_loop.status import Status
 
 FREE, SLIP, STICK = map(int, Status)  # whole arrays are compared with these in compiled code
@@ -262,23 +271,23 @@ def contact_sweeps(dim: int, friction: bool) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweeps(count, A, inverse, load, u, order, contact, status, bound, slip_rate):
-        r = np.empty(dim)
+        r, M = np.empty(dim), BlockMatrix(A.indptr, A.indices, flat(A.data))
+        D, b, x = flat(inverse), flat(load), flat(u)
         for _ in range(count):
             for i in order:
                 if dim == 2:
-                    row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
+                    row = row_defect_2(M, A.indptr[i], A.indptr[i + 1], b, x, i, AHEAD)
                 elif dim == 3:
-                    row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
+                    row = row_defect_3(M, A.indptr[i], A.indptr[i + 1], b, x, i, AHEAD)
                 else:
-                    row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, r)
+                    row = row_defect_any(M, A.indptr[i], A.indptr[i + 1], b, x, i, r)
                 c = contact.number[i]
                 if c < 0:
-                    for a in range(dim):
-                        s = 0.0
-                        for b in range(dim):
-                            s += inverse[i, a, b] * r[b]
-                        u[i, a] += s
-                elif friction:
+                    relax(D, i, row, x)
+                    continue
+                for a in range(dim):
+                    r[a] = row[a]
+                if friction:
                     status[c] = stick_or_slip(contact, c, inverse, r, u, bound, slip_rate)
                 else:
                     status[c] = close_gap(contact, c, inverse, r, u)

@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from model.node_loop.blocks import FUSED, row_defect_2, row_defect_3, row_defect_any
+from model.node_loop.blocks import FUSED, BlockMatrix, flat, row_defect_2, row_defect_3, row_defect_any
 from model.node_loop.friction_laws import allowed
+from model.node_loop.prefetch import AHEAD
 from model.node_loop.status import Status
 
 
@@ -32,16 +33,17 @@ def natural_residual(dim: int, friction: bool) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def compute(A, load, u, contact, status, bound, slip_rate, R, force):
-        row = np.empty(dim)
+        row, M = np.empty(dim), BlockMatrix(A.indptr, A.indices, flat(A.data))
+        b, x, left = flat(load), flat(u), flat(R)
         for i in range(R.shape[0]):
             if dim == 2:
-                row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
+                r = row_defect_2(M, A.indptr[i], A.indptr[i + 1], b, x, i, AHEAD)
             elif dim == 3:
-                row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
+                r = row_defect_3(M, A.indptr[i], A.indptr[i + 1], b, x, i, AHEAD)
             else:
-                row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
+                r = row_defect_any(M, A.indptr[i], A.indptr[i + 1], b, x, i, row)
             for a in range(dim):
-                R[i, a] = row[a]
+                left[dim * i + a] = r[a]
         local = np.empty(dim)
         for c in range(contact.nodes.size):
             i = contact.nodes[c]
