@@ -76,15 +76,22 @@ def row_defect_2(A, begin, end, load, u, i, ahead, backward=False):
 def row_defect_3(A, begin, end, load, u, i, ahead, backward=False):
     """As `row_defect_2`, for blocks of three."""
     r0, r1, r2 = load[3 * i], load[3 * i + 1], load[3 * i + 2]
+    s0, s1, s2, t0, t1, t2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for m in range(end - begin):
         k = end - np.uint64(1) - m if backward else begin + m
         j, a = np.uint64(3) * np.uint64(A.indices[k]), np.uint64(9) * k
         prefetch(A.data, a, ahead)
         x, y, z = u[j], u[j + np.uint64(1)], u[j + np.uint64(2)]
-        r0 -= A.data[a] * x + A.data[a + np.uint64(1)] * y + A.data[a + np.uint64(2)] * z
-        r1 -= A.data[a + np.uint64(3)] * x + A.data[a + np.uint64(4)] * y + A.data[a + np.uint64(5)] * z
-        r2 -= A.data[a + np.uint64(6)] * x + A.data[a + np.uint64(7)] * y + A.data[a + np.uint64(8)] * z
-    return r0, r1, r2
+        r0 -= A.data[a] * x
+        s0 -= A.data[a + np.uint64(1)] * y
+        t0 -= A.data[a + np.uint64(2)] * z
+        r1 -= A.data[a + np.uint64(3)] * x
+        s1 -= A.data[a + np.uint64(4)] * y
+        t1 -= A.data[a + np.uint64(5)] * z
+        r2 -= A.data[a + np.uint64(6)] * x
+        s2 -= A.data[a + np.uint64(7)] * y
+        t2 -= A.data[a + np.uint64(8)] * z
+    return r0 + (s0 + t0), r1 + (s1 + t1), r2 + (s2 + t2)
 
 
 @njit(inline="always")
@@ -117,9 +124,16 @@ def column_defect_3(A, begin, end, x, r):
     x0, x1, x2 = x
     for k in range(begin, end):
         j, a = np.uint64(3) * np.uint64(A.indices[k]), np.uint64(9) * k
-        for _ in range(3):
-            r[j] -= A.data[a] * x0 + A.data[a + np.uint64(3)] * x1 + A.data[a + np.uint64(6)] * x2
-            j, a = j + np.uint64(1), a + np.uint64(1)
+        r0, r1, r2 = r[j], r[j + np.uint64(1)], r[j + np.uint64(2)]
+        r0 -= A.data[a] * x0
+        r1 -= A.data[a + np.uint64(1)] * x0
+        r2 -= A.data[a + np.uint64(2)] * x0
+        r0 -= A.data[a + np.uint64(3)] * x1
+        r1 -= A.data[a + np.uint64(4)] * x1
+        r2 -= A.data[a + np.uint64(5)] * x1
+        r[j] = r0 - A.data[a + np.uint64(6)] * x2
+        r[j + np.uint64(1)] = r1 - A.data[a + np.uint64(7)] * x2
+        r[j + np.uint64(2)] = r2 - A.data[a + np.uint64(8)] * x2
 
 
 @njit(inline="always")
