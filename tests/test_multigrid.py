@@ -148,10 +148,10 @@ def test_repaired_coarse_matrices_equal_new_ones():
     def levels(T):
         finest = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
         for k, weights in enumerate(problem.prolongations):
-            P = nodal_prolongation(weights, d)
+            P = nodal_prolongation(weights)
             if k == 0:
                 rows = np.repeat(np.arange(N), np.diff(weights.indptr))
-                P.data[:] = T[rows] @ P.data
+                P = P._replace(data=P.data[:, None, None] * T[rows])
             finest.append(coarsen(finest[-1], P, weights.shape[1]))
         return finest
 

@@ -115,7 +115,7 @@ class FirstGuess:
             problem.normal[self.copies],
             None if problem.friction is None else problem.friction.of(self.copies),
         )
-        self.nodes, self.weights, self.P = nodes, at_candidates, cycle.P
+        self.nodes, self.weights = nodes, at_candidates
         self.normal = problem.normal[self.copies]
         candidate = np.zeros(len(coordinates))
         candidate[nodes] = 1.0
@@ -138,8 +138,7 @@ class FirstGuess:
         fine, d, r = self.fine, u.shape[1], loop.R
         r[loop.nodes] -= loop.force
         b = np.zeros((self.weights.shape[1], d))
-        P = self.P
-        fine.transfers.restrict(P, fine.children, r, b)
+        fine.transfers.restrict(fine.P, fine.children, r, b)
         self.exchange.add(b)
         gap = loop.gaps(u, status)
         way = loop.sticking_place(self.copies) - u[loop.nodes[self.copies]]
@@ -150,7 +149,8 @@ class FirstGuess:
                 e, found = self.gathered.solve(b, gap[self.copies], self.normal, way, told)
             elif self.solver is not None:
                 e, found = self.solver.guess(b, gap[self.copies], way, told, NESTED)
-        fine.transfers.prolong(P, e, u)
+        fine.transfers.prolong(fine.P, e, u)
+        loop.prescribe(loop.b, u[: len(loop.b)])
         marks = np.zeros((len(e), 2))
         left = gap[self.copies] + np.einsum("ca,ca->c", loop.frame[self.copies, 0], e[self.nodes])
         marks[self.nodes, 0] = np.where(found == Status.FREE, left, 0.0)

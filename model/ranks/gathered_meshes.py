@@ -116,8 +116,7 @@ class GatheredCycle:
         if self._cycle is None:
             levels = [finest]
             for weights in self.prolongations:
-                P = nodal_prolongation(weights, data.shape[1])
-                levels.append(coarsen(levels[-1], P, weights.shape[1]))
+                levels.append(coarsen(levels[-1], nodal_prolongation(weights), weights.shape[1]))
             self._cycle = Cycle(levels)
             return
         for fine, coarse in pairwise(self._cycle.levels):

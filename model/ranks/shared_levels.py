@@ -29,7 +29,7 @@ from model.solvers.galerkin_coarsening import (
     transfers,
     transposed,
 )
-from model.solvers.truncated_multigrid import projected_inverses, truncate_prescribed, truncate_rows
+from model.solvers.truncated_multigrid import projected_inverses
 
 KEPT = 0.4  # of the diagonal blocks, below
 
@@ -56,6 +56,7 @@ class SharedLevel:
         self.ghost = np.flatnonzero(A.indices >= exchange.owned)
         self.ghost_rows = np.searchsorted(A.indptr, self.ghost.astype(np.uint64), side="right") - 1
         self.z, self.rest, self.load = (np.zeros((nodes, self.d)) for _ in range(3))
+        self.held, self.T = np.zeros(nodes, dtype=bool), np.zeros((nodes, self.d, self.d))
         self.invert(np.arange(exchange.owned) if inverse is None else np.unique(self.ghost_rows))
 
     def invert(self, rows: np.ndarray) -> None:
@@ -86,9 +87,17 @@ class SharedLevel:
         generalised_inverses(self.inverse, rows, self.inverse)
 
     def hold(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
-        """Let sweeps move owned nodes (k,) within the ranges of their projectors (k, d, d) only."""
+        """Let nodes (k,), ghosts too, move within the ranges of their projectors (k, d, d) only."""
+        self.held[nodes], self.T[nodes] = True, projectors
+        own = nodes < self.exchange.owned
+        nodes, projectors = nodes[own], projectors[own]
         blocks = self.A.data[self.middle[nodes]] + self.weight[nodes]
         self.inverse[nodes] = projected_inverses(blocks, projectors)
+
+    def project(self, x: np.ndarray) -> None:
+        """Leave of x (nodes held here, d), in place, what held nodes are free to do."""
+        nodes = np.flatnonzero(self.held)
+        x[nodes] = np.einsum("kab,kb->ka", self.T[nodes], x[nodes])
 
     def coarsen(self, P: BlockMatrix, exchange: Any, ids: np.ndarray) -> "SharedLevel":
         """Set the way to the next coarser mesh and return that; collective.
@@ -102,7 +111,7 @@ class SharedLevel:
         ids : (coarse nodes,)
             Numbers that all ranks agree on.
         """
-        self.P, self.transfers, coarse = P, transfers(self.d, self.d), len(ids)
+        self.P, self.transfers, coarse = P, transfers(self.d, self.d, True), len(ids)
         indptr = P.indptr[: self.exchange.owned + 1]
         self.children = transposed(BlockMatrix(indptr, P.indices[: int(indptr[-1])], P.data), coarse)
         indptr, indices = galerkin_pattern(self.A, P, self.children)
@@ -114,7 +123,8 @@ class SharedLevel:
 
     def _multiply(self, touched: np.ndarray) -> None:
         """Compute the coarse rows that all ranks mark as touched (coarse nodes,); collective."""
-        self.transfers.galerkin_rows(self.A, self.P, self.children, np.flatnonzero(touched), self.product)
+        rows = np.flatnonzero(touched)
+        self.transfers.galerkin_rows(self.A, self.P, self.children, rows, self.product, self.held, self.T)
         self.shares.sum(self.product, touched)
 
     def recompute(self, fine: np.ndarray) -> np.ndarray:
@@ -276,22 +286,16 @@ class SharedCycle:
         fixed: np.ndarray,
     ):
         levels, shared = [finest], 1 + first_small(finest.d, exchanges)
+        supported = np.flatnonzero(fixed.any(axis=1))
+        finest.hold(supported, np.eye(finest.d) * ~fixed[supported, :, None])
         for weights, exchange, numbers in zip(prolongations[:shared], exchanges, ids):
-            P = nodal_prolongation(weights, finest.d)
-            if len(levels) == 1:
-                truncate_prescribed(P, fixed)
-            levels.append(levels[-1].coarsen(P, exchange, numbers))
+            levels.append(levels[-1].coarsen(nodal_prolongation(weights), exchange, numbers))
         meshes = [
             WholeMesh(exchange, weights.shape[1]) for weights, exchange in zip(prolongations, exchanges)
         ]
         meshes = meshes[shared - 1 :]
         between = [f.weights(P, c) for (f, c), P in zip(pairwise(meshes), prolongations[shared:])]
-        self._take(levels, GatheredCycle(levels[-1], meshes[0], between))
-
-    def _take(self, levels: list[SharedLevel], coarsest: GatheredCycle) -> None:
-        """Take levels, the finest of which gets a prolongation of its own, to be truncated."""
-        self.levels, self.coarsest, self.P = levels, coarsest, levels[0].P
-        levels[0].P = self.P._replace(data=self.P.data.copy())
+        self.levels, self.coarsest = levels, GatheredCycle(levels[-1], meshes[0], between)
 
     def below(self) -> "SharedCycle":
         """Return cycles that begin on the next coarser mesh, with matrices of their own."""
@@ -299,10 +303,11 @@ class SharedCycle:
         for level in levels:
             level.inverse, level.weight = level.inverse.copy(), level.weight.copy()
         levels[0].A = levels[0].A._replace(data=levels[0].A.data.copy())
+        levels[0].held, levels[0].T = levels[0].held.copy(), levels[0].T.copy()
         for fine, coarse in pairwise(levels):
             fine.product = fine.product._replace(data=fine.product.data.copy())
             fine.coarser, coarse.A = coarse, fine.shares.own_rows(fine.product)
-        other._take(levels, self.coarsest.of(levels[-1]))
+        other.levels, other.coarsest = levels, self.coarsest.of(levels[-1])
         return other
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
@@ -311,9 +316,7 @@ class SharedCycle:
         Only the rows of the coarse matrices that see these nodes are computed anew; collective.
         """
         finest = self.levels[0]
-        own = nodes < finest.exchange.owned
-        finest.hold(nodes[own], projectors[own])
-        truncate_rows(finest.P, self.P.data, nodes, projectors)
+        finest.hold(nodes, projectors)
         changed = finest.around(nodes)
         for fine, _ in pairwise(self.levels):
             changed = fine.recompute(changed)
@@ -327,8 +330,10 @@ class SharedCycle:
             return level.z
         coarser = self.levels[number + 1]
         level.sweep_from_zero(r)
+        level.project(level.rest)
         level.transfers.restrict(level.P, level.children, level.rest, coarser.load)
         coarser.exchange.add(coarser.load)
         level.transfers.prolong(level.P, self(coarser.load, number + 1), level.z)
+        level.project(level.z)
         level.backward_sweep(r)
         return level.z

@@ -63,7 +63,7 @@ class Cycle:
     Parameters
     ----------
     levels : list of Level
-        Finest first. What truncation changes is copied: the finest P and every coarser matrix.
+        Finest first. What truncation changes is copied: what is held of the finest, and every coarser matrix.
 
     Attributes
     ----------
@@ -75,13 +75,9 @@ class Cycle:
 
     def __init__(self, levels: list[Level]):
         self.visits = self.sweeps = 1
-        finest = replace(levels[0], inverse=levels[0].inverse.copy())
-        self.projectors: np.ndarray | None = None  # used only where the finest mesh is the coarsest as well
-        if len(levels) == 1:
-            self.projectors = np.tile(np.eye(finest.inverse.shape[1]), (finest.inverse.shape[0], 1, 1))
-        else:
-            self.full_P = finest.P.data
-            finest.P = finest.P._replace(data=finest.P.data.copy())
+        finest = replace(levels[0], inverse=levels[0].inverse.copy(), held=None)
+        self.held = np.flatnonzero(levels[0].held)
+        finest.hold(self.held, levels[0].T[self.held])
         coarser = [
             replace(level, A=level.A._replace(data=level.A.data.copy()), inverse=level.inverse.copy())
             for level in levels[1:]
@@ -107,12 +103,9 @@ class Cycle:
         finest = self.levels[0]
         blocks = finest.A.data[finest.middle[nodes]]
         finest.inverse[nodes] = projected_inverses(blocks, projectors)
+        finest.hold(nodes, projectors)
+        self.held = np.flatnonzero(finest.held)
         self.coarsest_inverse = None
-        if len(self.levels) == 1:
-            assert self.projectors is not None
-            self.projectors[nodes] = projectors
-            return
-        truncate_rows(finest.P, self.full_P, nodes, projectors)
         changed = columns_of(finest.A, nodes, finest.inverse.shape[0])
         for fine, coarse in pairwise(self.levels):
             changed = columns_of(fine.P, changed, coarse.inverse.shape[0])
@@ -126,7 +119,7 @@ class Cycle:
         level, z = self.levels[number], self.corrections[number]
         if number == len(self.levels) - 1:
             if self.coarsest_inverse is None:
-                self.coarsest_inverse = dense_inverse(level.A, self.projectors, self.kernel)
+                self.coarsest_inverse = dense_inverse(level, self.kernel)
             z[:] = (self.coarsest_inverse @ r.ravel()).reshape(r.shape)
             return z
         rest, coarse_r, size = self.defects[number], self.loads[number + 1], r.shape[1]
@@ -136,8 +129,11 @@ class Cycle:
             sweep_from_zero(size)(level.A, level.middle, level.inverse, rest, more, left)
             z += more
             rest[:] = left
+        held = self.held if number == 0 else self.held[:0]
+        level.project(rest, held)
         level.transfers.restrict(level.P, level.children, rest, coarse_r)
         level.transfers.prolong(level.P, self._solve_coarse(coarse_r, number + 1), z)
+        level.project(z, held)
         for _ in range(self.sweeps):
             backward_sweep(size)(level.A, level.inverse, r, z)
         return z
@@ -178,30 +174,16 @@ def projected_inverses(blocks: np.ndarray, projectors: np.ndarray) -> np.ndarray
     return projectors @ inverses @ projectors
 
 
-@njit(cache=True, error_model="numpy")
-def truncate_rows(P, full, nodes, projectors):
-    """Set the rows of P at the given nodes to their projectors times the rows of the `full` data."""
-    d, c = P.data.shape[1], P.data.shape[2]
-    for n in range(nodes.size):
-        for m in range(P.indptr[nodes[n]], P.indptr[nodes[n] + 1]):
-            for a in range(d):
-                for b in range(c):
-                    s = 0.0
-                    for t in range(d):
-                        s += projectors[n, a, t] * full[m, t, b]
-                    P.data[m, a, b] = s
-
-
-def dense_inverse(A: BlockMatrix, projectors: np.ndarray | None, kernel: np.ndarray) -> np.ndarray:
-    """Inverse of a small matrix, between projectors (n, d, d) if given, where it resists anything.
+def dense_inverse(level: Level, kernel: np.ndarray) -> np.ndarray:
+    """Inverse of a small mesh's matrix, between the projectors of what is held, where it resists anything.
 
     Motions in its `kernel` (n d, z) would meet rounding: they get a resistance, which moves them some way.
     """
-    n, d = A.indptr.size - 1, A.data.shape[1]
+    A, (n, d) = level.A, level.inverse.shape[:2]
     full = np.zeros((n, d, n, d))
     rows = np.repeat(np.arange(n), np.diff(A.indptr).astype(np.int64))
-    data = A.data if projectors is None else projectors[rows] @ A.data @ projectors[A.indices]
-    full[rows, :, A.indices] = data
+    T = np.where(level.held[:, None, None], level.T, np.eye(d))
+    full[rows, :, A.indices] = T[rows] @ A.data @ T[A.indices]
     matrix = full.reshape(n * d, n * d)
     unit = np.linalg.qr(kernel)[0]
     matrix += matrix.diagonal().max() * (unit @ unit.T)
@@ -611,6 +593,7 @@ class CoarserMesh:
             enough = Record(wanted, GUESSES, record.sweeps, False)
             self.correction.solve(e, in_contact, enough)
         level.transfers.prolong(level.P, e, u)
+        fine.prescribe(fine.b, u)
         gap = fine.contact.gap + np.einsum("ca,ca->c", fine.frame[:, 0], u[fine.nodes])
         arrived = self.weights @ coarse.gaps(e, in_contact)
         lift = np.where(self.between, arrived - gap, 0.0)
@@ -632,13 +615,11 @@ def condensation(loop: NodeLoop, rigid: RigidModes) -> Condensation:
 
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidModes) -> Multigrid:
     """Multigrid on nested meshes, from scalar prolongations, finest first."""
-    d = loop.shape[1]
     levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
-    for number, weights in enumerate(prolongations):
-        P = nodal_prolongation(weights, d)
-        if number == 0:
-            truncate_prescribed(P, loop.uncoupled)
-        levels.append(coarsen(levels[-1], P, weights.shape[1]))
+    prescribed = np.flatnonzero(loop.uncoupled.any(axis=1))
+    levels[0].hold(prescribed, np.eye(loop.shape[1]) * loop.loaded[prescribed, :, None])
+    for weights in prolongations:
+        levels.append(coarsen(levels[-1], nodal_prolongation(weights), weights.shape[1]))
     coarser = CoarserMesh(loop, levels, prolongations, rigid)
     return Multigrid(loop, levels, rigid, inject(rigid.modes, prolongations), coarser)
 
@@ -658,9 +639,3 @@ def inject(modes: np.ndarray, prolongations: Sequence[csr_array]) -> np.ndarray:
 def bsr(A: BlockMatrix) -> bsr_array:
     """Hand a matrix back to scipy; the values are shared."""
     return bsr_array((A.data, A.indices.astype(np.int32), A.indptr.astype(np.int32)))
-
-
-def truncate_prescribed(P: BlockMatrix, uncoupled: np.ndarray) -> None:
-    """Zero the rows of P at prescribed unknowns (N, d)."""
-    rows = np.repeat(np.arange(uncoupled.shape[0]), np.diff(P.indptr).astype(np.int64))
-    P.data[uncoupled[rows]] = 0.0
