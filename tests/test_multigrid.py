@@ -12,7 +12,9 @@ from scipy.sparse import bsr_array, random_array
 from forms import Anisotropic, Elasticity, Isotropic, Support
 from geometry import (
     Body,
+    MovingRoad,
     Plane,
+    SmoothRoad,
     box,
     half_ball,
     half_cylinder_gmsh,
@@ -42,6 +44,7 @@ from model.node_loop.blocks import (
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import RigidModes
+from model.quasistatics.curved_contact import CurvedContact
 from model.results.body_on_road import BodyOnRoad
 from model.solvers.galerkin_coarsening import Level, coarsen, nodal_prolongation
 from model.solvers.smoothed_aggregation import algebraic
@@ -138,6 +141,32 @@ def test_multigrid_in_three_dimensions():
     exact = solve(problem, "direct", tolerance=1e-11)
     other = solve(problem, "multigrid", tolerance=1e-11)
     assert np.abs(other.displacement - exact.displacement).max() < 1e-8 * np.abs(exact.displacement).max()
+
+
+def test_cycles_on_a_rough_road():
+    """Planes that still turn are not worth an exact answer; the last ones are."""
+    body = Body.from_grid(tread_block((2,), (8.0,), (2.0,), 6.0, 4.0, 2.0), 2)
+    elasticity = Elasticity(body, Isotropic(5.0, 0.3))
+    support = Support(body).platen("top").fix("top", x=0.0)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -4.0)), support)
+    x = np.linspace(-25.0, 25.0, 60)
+    road = SmoothRoad.through(x, 0.05 * np.cos(x) - 0.05)
+    pressed = BodyOnRoad(system, "bottom", road, friction=0.8)
+    steps = [(0.1 * k, pressed.problem.b) for k in range(5)]
+    moving, paths, rounds = MovingRoad(road, (-1.0, 0.0)), {}, []
+    for correction in ("direct", "multigrid"):
+        contact = CurvedContact(ContactSolver(pressed.problem, correction), pressed.points)
+        paths[correction] = []
+        for solution in contact.follow(moving, steps, tolerance=1e-8):
+            paths[correction].append(solution)
+            rounds.append(len(contact.distances))
+    cycles = [solution.cycles for solution in paths["multigrid"]]
+    assert max(solution.residual for solution in paths["multigrid"]) <= 1e-8
+    assert max(rounds) >= 4
+    assert max(cycles) <= 16
+    for one, other in zip(paths["direct"], paths["multigrid"], strict=True):
+        size = np.abs(one.displacement).max()
+        assert np.abs(one.displacement - other.displacement).max() < 1e-6 * size
 
 
 def test_repaired_coarse_matrices_equal_new_ones():

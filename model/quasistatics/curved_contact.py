@@ -29,6 +29,7 @@ from model.solvers.convergence_record import NotConverged, Record
 from model.tolerances import ON_ROAD, TOLERANCE
 
 ITERATIONS = 200  # ten times what the worst of twelve scenes on round and wavy roads takes
+LOOSE = 0.1  # of the first residual is enough for cycles until the planes have settled: these leave as much
 IDLE = 5.0  # times the tolerance: what springs may still pull
 SHORT = 0.1  # steps of which only a smaller part is good are bounded
 
@@ -133,6 +134,7 @@ class CurvedContact:
         force = solver.ranks.sum(float(np.abs(solver.ranks.own(load)).sum()))
         hold = ProximalSprings(self.rigid, force / size, points.shape)
         iterations: list[Solution] = []
+        enough = LOOSE if solver.correction.name in ("multigrid", "algebraic") else 0.0
         try:
             for _ in range(ITERATIONS):
                 springs = planes.springs + hold.springs()
@@ -144,6 +146,7 @@ class CurvedContact:
                         tangential_reference=planes.anchor - points,
                         tolerance=tolerance,
                         springs=springs if bent else None,
+                        part=enough,
                         **options,
                     )
                 except (NotConverged, np.linalg.LinAlgError):
@@ -167,9 +170,12 @@ class CurvedContact:
                     solution.pressure_force[:, None] * planes.normal + part * turn,
                 )
                 idle = solver.ranks.max(float(np.linalg.norm(pull))) <= IDLE * tolerance * force
-                if settled and idle and part == 1.0:
+                solved = enough == 0.0 or solution.residual <= tolerance
+                if settled and idle and part == 1.0 and solved:
                     self.normal, self.foot = planes.normal, planes.foot
                     return _all_iterations(iterations, planes.gap)
+                if settled:
+                    enough = 0.0
                 if part < SHORT:
                     hold.tighten()
                 else:

@@ -174,6 +174,7 @@ class SharedSolver:
         limit: int = 1000,
         slip_rate: float = 1.0,
         springs: np.ndarray | None = None,
+        part: float = 0.0,
     ) -> Solution:
         """Solve for one load; collective. Arguments and result as of `ContactSolver.solve`.
 
@@ -221,7 +222,7 @@ class SharedSolver:
             loop.pull(u[loop.nodes])
         status = loop.start(u, start_status)
         first = loop.sweeps
-        record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress)
+        record = Record(tolerance, limit, lambda: loop.sweeps - first, self.progress, part=part)
         self.solve_step(u, status, record)
         seconds = perf_counter() - began
         force, pressure = loop.reaction(u[loop.nodes] - reference)

@@ -235,6 +235,7 @@ class ContactSolver:
         slip_rate: float = 1.0,
         places: np.ndarray | None = None,
         springs: np.ndarray | None = None,
+        part: float = 0.0,
     ) -> Solution:
         """Solve for one load.
 
@@ -262,6 +263,9 @@ class ContactSolver:
             planes.
         springs : (n, d, d), optional
             Stiffness of springs that hold the candidates where they are at the start, for this solve.
+        part : float
+            Of the first residual, at which the solve may end as well: for one of several, to be made good by
+            the next.
 
         Returns
         -------
@@ -330,7 +334,7 @@ class ContactSolver:
             base += landed
             put_load(base, load)
             status = loop.start(u, status)
-        record = self._record(u, status, first, tolerance, limit)
+        record = self._record(u, status, first, tolerance, limit, part=part)
         self.correction.solve(u, status, record)
         load_size, least = loop.load_size, np.inf
         while record.rounded:
@@ -430,6 +434,7 @@ class ContactSolver:
         tolerance: float,
         limit: int,
         history: Sequence[float] = (),
+        part: float = 0.0,
     ) -> Record:
         """Open the record of a solve of u (N, d) and status (n,) that began after `first` sweeps."""
         loop, name = self.loop, self.correction.name
@@ -440,6 +445,7 @@ class ContactSolver:
             self.progress,
             lambda tests: self._carried_off() + likely_causes(loop, u, status, tests, tolerance, name),
             lambda: rounding_floor(loop.A, u, loop.load_size + length(loop.force)),
+            part=part,
             history=list(history),
         )
 

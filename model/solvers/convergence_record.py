@@ -44,6 +44,8 @@ class Record:
         From the history to what may have gone wrong, for the message of NotConverged.
     floor : callable
         Residual that the rounding of the present displacement may leave.
+    part : float
+        Of the first residual, at which the solve may end as well.
 
     Attributes
     ----------
@@ -63,6 +65,7 @@ class Record:
     progress: bool = True
     causes: Callable[[list[float]], list[str]] = lambda history: []
     floor: Callable[[], float] = lambda: 0.0
+    part: float = 0.0
     history: list[float] = field(default_factory=list)
     cycles: int = 0
     began: float = field(default_factory=perf_counter)
@@ -89,6 +92,8 @@ class Record:
             If the residual is not a number, the limit is reached, or it has not fallen for `patience` tests.
         """
         self.history.append(residual)
+        if len(self.history) == 1:
+            self.tolerance = max(self.tolerance, self.part * residual)
         self.idle += 1
         self.best = min(self.best, residual)
         if residual < self.fall * self.mark:

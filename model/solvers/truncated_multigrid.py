@@ -510,10 +510,12 @@ class Multigrid:
 def forcing(history: Sequence[float]) -> float:
     """Part of the defect that a step of Newton's may leave: the less, the more the step before has done.
 
-    Where friction turns fast, at the onset of sliding, steps halve the residual however exact they are.
+    Where friction turns fast, at the onset of sliding, steps halve the residual however exact they are. The
+    first leaves the square of the residual, as Newton's method would.
     """
     factor, power = FORCING
-    return min(UNSTEADY, factor * (history[-1] / history[-2:][0]) ** power)
+    part = factor * (history[-1] / history[-2]) ** power if len(history) > 1 else history[-1]
+    return min(UNSTEADY, part)
 
 
 def free_directions(loop: NodeLoop, numbers: np.ndarray, status: np.ndarray) -> np.ndarray:
