@@ -116,7 +116,7 @@ class Hyperelasticity(Elasticity):
     def around(self, nodes: np.ndarray) -> Hyperelasticity:
         """Return the same of the cells at some nodes only: forces and tangents there are the body's."""
         part = copy(self)
-        for made in ("_forms", "_rules", "_point_gradients"):
+        for made in ("_forms", "_rules", "_point_gradients", "_mean_gradients"):
             part.__dict__.pop(made, None)
         part._matrices = {}
         part._cells = np.flatnonzero(np.isin(self.body.cells, nodes).any(axis=1)).astype(np.int32)
@@ -202,6 +202,12 @@ class Hyperelasticity(Elasticity):
             F = (gradient @ u).reshape(-1, d, d) + np.eye(d)
             smallest = min(smallest, float(_determinant(F).min()))
         return smallest
+
+    def stretches_at_nodes(self, u: np.ndarray) -> np.ndarray:
+        """Return the mean of F over the cells around each node, (N, dim, dim), at displacement u (N, dim)."""
+        d = self.body.dim
+        H = (self._mean_gradients @ u).reshape(-1, d, d)
+        return np.asarray(H.swapaxes(1, 2) + np.eye(d))
 
     def check_volume(self, u: np.ndarray, what: str) -> None:
         """Raise Inverted, with the remedy, if a cell is turned inside out at displacement u (N, dim)."""
@@ -346,6 +352,20 @@ class Hyperelasticity(Elasticity):
             shape = rows, len(self.body.coordinates)
             found.append(sparse.csr_array((gradients.ravel(), corners_of.ravel(), starts), shape=shape))
         return found
+
+    @cached_property
+    def _mean_gradients(self) -> sparse.csr_array:
+        """From a field (N, dim) to the means of its transposed gradients around each node, (N dim, N)."""
+        gradient, cells, d = self._point_gradients[0], self.body.cells[self._cells], self.body.dim
+        N, points = len(self.body.coordinates), gradient.shape[0] // (d * len(cells))
+        nodes = np.repeat(cells[:, None], points, axis=1)  # of each point's cell
+        rows = (nodes[..., None] * d + np.arange(d)).swapaxes(2, 3).ravel()
+        columns = np.repeat(np.arange(gradient.shape[0]), cells.shape[1])
+        around = np.maximum(np.bincount(nodes.ravel(), minlength=N), 1)
+        mean = sparse.csr_array(
+            (1.0 / around[rows // d], (rows, columns)), shape=(N * d, gradient.shape[0])
+        )
+        return sparse.csr_array(mean @ gradient)
 
     @cached_property
     def _stresses(self) -> list[Any]:

@@ -65,6 +65,18 @@ class SystemForces:
         K = self._reduced(self.elastic.step_tangent(self.expand(before), self.expand(after)), True)
         return bsr_array(0.5 * (K + K.T), blocksize=K.blocksize)
 
+    def stretches(self, u: np.ndarray) -> np.ndarray:
+        """Return the mean deformation gradient around each node, (R, d, d), at displacement u (R, d)."""
+        F = self.elastic.stretches_at_nodes(self.expand(u))
+        if self.node_of is None:
+            return np.asarray(F)
+        d = F.shape[-1]
+        count = np.bincount(self.node_of, minlength=len(self.prescribed))
+        total = np.stack(
+            [np.bincount(self.node_of, x, minlength=count.size) for x in F.reshape(-1, d * d).T], axis=-1
+        )
+        return np.asarray((total / np.maximum(count, 1)[:, None]).reshape(-1, d, d))
+
     def volume_ratio(self, u: np.ndarray) -> float:
         """Return the smallest det F at displacement u (R, d)."""
         return float(self.elastic.volume_ratio(self.expand(u)))

@@ -1,5 +1,9 @@
 """One constant matrix for a body that turns: the contact problem of an increment in axes that turn with it.
 
+At each node the axes turn with the body there: a matrix A becomes R A R^T, R block-diagonal, whose inverse is
+R A^-1 R^T. So bending is followed as well as turning (warped stiffness: M. Mueller, J. Dorsey, L. McMillan,
+R. Jagnow, B. Cutler, Symposium on Computer Animation 2002); what strain changes is not.
+
 All that the loop or its corrections have made of the matrix (a factorisation, columns of its inverse,
 hierarchies of meshes) then serves the whole run: only normals, loads and references are turned.
 """
@@ -7,6 +11,7 @@ hierarchies of meshes) then serves the whole run: only normals, loads and refere
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
 
 from model.dynamics.time_integrator import State, StepSolver, Touch
 
@@ -36,21 +41,37 @@ class TurnedSolver:
 
         Parameters
         ----------
-        turn : (d, d)
-            Rotation of the body since rest.
+        turn : (N, d, d)
+            Rotation of the body at each node since rest.
         b, gap, normal, back, before
             As for `StepSolver.solve`; gaps of either sign.
         """
-        touch = self.solver.solve(b @ turn, gap, normal @ turn, back @ turn, before)
-        return replace(touch, increment=touch.increment @ turn.T, force=touch.force @ turn.T)
+        at = turn[self.solver.loop.nodes]
+        touch = self.solver.solve(_back(turn, b), gap, _back(at, normal), _back(at, back), before)
+        return replace(touch, increment=_forth(turn, touch.increment), force=_forth(at, touch.force))
 
     def face(self, normal: np.ndarray) -> None:
         """Leave the loop with the road's normals (n, d), by which records tell pressure from friction."""
         self.solver.take_planes(normal)
 
 
-def mean_rotation(X: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return the rotation (d, d) that brings nodes at X (N, d) nearest to x (N, d) (Kabsch)."""
-    U, _, V = np.linalg.svd((x - x.mean(axis=0)).T @ (X - X.mean(axis=0)))
-    U[:, -1] *= np.sign(np.linalg.det(U @ V))
-    return np.asarray(U @ V)
+@njit(cache=True)
+def _forth(turn, x):
+    """Return vectors x (N, d) turned by rotations (N, d, d)."""
+    y = np.zeros_like(x)
+    for i in range(x.shape[0]):
+        for a in range(x.shape[1]):
+            for b in range(x.shape[1]):
+                y[i, a] += turn[i, a, b] * x[i, b]
+    return y
+
+
+@njit(cache=True)
+def _back(turn, x):
+    """Return vectors x (N, d) turned back by rotations (N, d, d)."""
+    y = np.zeros_like(x)
+    for i in range(x.shape[0]):
+        for a in range(x.shape[1]):
+            for b in range(x.shape[1]):
+                y[i, b] += turn[i, a, b] * x[i, a]
+    return y
