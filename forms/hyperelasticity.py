@@ -362,9 +362,7 @@ class Hyperelasticity(Elasticity):
         rows = (nodes[..., None] * d + np.arange(d)).swapaxes(2, 3).ravel()
         columns = np.repeat(np.arange(gradient.shape[0]), cells.shape[1])
         around = np.maximum(np.bincount(nodes.ravel(), minlength=N), 1)
-        mean = sparse.csr_array(
-            (1.0 / around[rows // d], (rows, columns)), shape=(N * d, gradient.shape[0])
-        )
+        mean = sparse.csr_array((1.0 / around[rows // d], (rows, columns)), shape=(N * d, gradient.shape[0]))
         return sparse.csr_array(mean @ gradient)
 
     @cached_property

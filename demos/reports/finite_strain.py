@@ -459,8 +459,7 @@ for degrees in (2.0, 8.0) if scene.quick else (1.0, 2.0, 4.0, 6.0, 8.0, 12.0):
 #
 # E = 10 kPa, density 1, 0.5 m, thrown at 2 m/s, mu = 0.3. Angular momentum about the road's line under the centre is kept by a rigid ball: it ends at
 # $(v_0 + k R \omega_0) / (1 + k)$, $k = I / (m R^2)$, 5/7 of its speed without spin if it is round. This one has facets. A spin about
-# the vertical is kept without friction, whatever the bounces, by `EnergyMomentum` to rounding; the mean force of `LosslessContact` is
-# normal to the road only as the step goes to zero.
+# the vertical is kept without friction, whatever the bounces.
 
 # %%
 BALLS = () if scene.quick else ((6, 0.0), (8, 0.0), (6, -2.0), (8, -2.0))

@@ -29,8 +29,8 @@ from model.dynamics.mass_redistribution import MassRedistribution
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, StepSolver, Touch, Work
 from model.finite_strain.definite import shifted
-from model.finite_strain.moving_body import FiniteBody
 from model.finite_strain.local_rotations import LocalRotations
+from model.finite_strain.moving_body import FiniteBody
 from model.finite_strain.turned_solver import TurnedSolver
 from model.node_loop.node_loop import along_road, length
 from model.problem.contact_problem import ContactProblem
@@ -52,6 +52,7 @@ class FiniteMidpoint(Midpoint):
     body: FiniteBody
     turned: TurnedSolver
     iterations: int
+    part_missing = 1.0  # of the tolerance that a step may miss
     _rotations: LocalRotations
     _at_rest: np.ndarray
     _diagonal: float
@@ -108,7 +109,7 @@ class FiniteMidpoint(Midpoint):
             sizes.append(self._left(missing, touch))
             floor = 1e-15 * float(np.abs(body.coordinates + u1).max()) * self._diagonal
             image, forces = u1 + touch.increment, scale + length(touch.force)
-            good = max(self.tolerance * forces, floor)
+            good = max(self.part_missing * self.tolerance * forces, floor)
             if sizes[-1] <= good:
                 return self._checked(before, image, touch, sizes[-1] / (forces or 1.0))
             if not np.isfinite(sizes[-1]) or sizes[-1] > 1e6 * min(sizes):
