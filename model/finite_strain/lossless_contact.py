@@ -12,9 +12,9 @@ It has neither sum nor moment. What is left of the energy's change is what frict
 road that bends too, for the normal forces have no part in it.
 
 Contact is exact at the ends of steps, and the mean force of a step on the massless nodes is along the normal,
-but for friction, to the order of the step only. What it has along the road beyond friction is therefore taken
-off again, its sum and its moment, by a rigid acceleration of all masses. So the momentum along a road without
-friction, and the spin about its normal, are kept as the energy is.
+or in friction's cone, to the order of the step only. Where there is no friction, what it has along the road
+is taken off again, its sum and its moment, by a rigid acceleration of all masses: so momentum along the road
+and spin about its normal are kept as the energy is.
 
 Source: the reduced energy after Khenous, Laborde and Renard, Eur. J. Mech. A/Solids 27 (2008) 918; a stress
 along C1 - C0 after O. Gonzalez, Comput. Methods Appl. Mech. Engrg. 190 (2000) 1763; that contact can be made
@@ -67,6 +67,7 @@ class LosslessContact(EnergyMomentum):
         self._inner = np.setdiff1d(np.arange(len(body.coordinates)), body.contact_nodes)
         volume = body.elastic.body_force(np.eye(body.dim)[0]).sum()
         self._still = STILL * float(volume)
+        self._slides_freely = body.friction is None and not self.body.supported
 
     def _end(self, before: State) -> tuple[np.ndarray, Touch]:
         """Return the displacement (N, d) at the end of a step, and what touches there."""
@@ -101,23 +102,24 @@ class LosslessContact(EnergyMomentum):
         f = body.forces.step_force(u0, u1)
         if self._lossless and touch is not None:  # the guess is too far off to tell
             du, fhat = u1 - u0, body.forces.rate_force(u0, u1)
-            friction = 2.0 * along_road(touch.force, self._normal)
-            if not body.supported:
+            if self._slides_freely:
                 rigid = RigidPush(self.M, body.coordinates + 0.5 * (u0 + u1), nodes)
-                f += rigid(along_road(f[nodes] - load[nodes], self._normal) - friction)
+                f += rigid(along_road(f[nodes] - load[nodes], self._normal))
                 fhat += rigid(along_road(fhat[nodes], self._normal))
-            outer = load[nodes] + friction
+            outer = load[nodes] + 2.0 * along_road(touch.force, self._normal)
             wanted = body.strain_energy(u1) - self._energy - float(np.vdot(outer, du[nodes]))
             wanted -= float(np.vdot(f[inner], du[inner]))
             work = float(np.vdot(fhat[inner], du[inner]))
             f += wanted * work / (work**2 + self._still**2) * fhat
-            pressure = f[nodes] - load[nodes]
-            self._of_road = pressure - along_road(pressure, self._normal) + friction
+        self._of_road = f[nodes] - load[nodes]
         return f
 
     def _mean_force(self, touch: Touch) -> np.ndarray:
         """Mean contact force (n, d) of a step."""
-        return self._of_road if self._lossless else touch.force
+        if not self._lossless:
+            return touch.force
+        along = along_road(self._of_road, self._normal) if self._slides_freely else 0.0
+        return self._of_road - along
 
     def _contact_work(self, touch: Touch, change: np.ndarray, before: State) -> Work:
         """Work and impulse of the contact forces of a step."""
