@@ -388,3 +388,29 @@ def _cone_edges(normal: np.ndarray, mu: Any) -> np.ndarray:
         angles = np.arange(8) * np.pi / 4
         tangents = [np.cos(t) * frame[:, 1] + np.sin(t) * frame[:, 2] for t in angles]
     return np.stack([frame[:, 0] + np.reshape(mu, (-1, 1)) * tangent for tangent in tangents])
+
+
+@njit(cache=True, error_model="numpy")
+def null_space(G, largest):
+    """Orthonormal amplitudes (m, z) of modes that vanish at the given components G (l, m)."""
+    m = G.shape[1]
+    padded = np.zeros((max(G.shape[0], m), m))
+    padded[: G.shape[0]] = G
+    _, sizes, directions = np.linalg.svd(padded)
+    rank = 0
+    while rank < m and sizes[rank] > 1e-10 * largest:
+        rank += 1
+    return directions[rank:].T.copy()
+
+
+@njit(cache=True, error_model="numpy")
+def free_modes(G, held):
+    """Orthonormal columns of what modes G (l, m) do where they are not `held` (l,), those at rest."""
+    nothing = np.zeros((np.count_nonzero(~held), 0))
+    if G.shape[1] == 0:
+        return nothing
+    Z = null_space(G[held], np.abs(G).max())
+    if Z.shape[1] == 0:
+        return nothing
+    N, sizes, _ = np.linalg.svd(G[~held] @ Z, full_matrices=False)
+    return N[:, sizes > 1e-10 * np.abs(G).max()].copy()

@@ -60,7 +60,7 @@ class Solution:
     sweeps, cycles : int
         Sweeps of the loop over the whole mesh; corrections made (multigrid: V-cycles).
     steps : int
-        Steps of Newton and of pivoting in the small dense problem; 0 where there was none.
+        Steps of Newton and changes along paths in the small dense problem; 0 where there was none.
     work_units : float
         Measured time, set-up included in the first solve, in sweeps of the finest mesh.
     seconds, setup_seconds : float

@@ -22,11 +22,9 @@ and the columns serve all loads and steps.
 """
 
 import numpy as np
-from numba import njit
 from scipy.linalg import qr
 from scipy.sparse import bsr_array, csc_array, diags_array
 
-from model.node_loop.blocks import FUSED
 from model.node_loop.contact_sweep import FREE, place_all_on_surface
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import (
@@ -66,7 +64,7 @@ class Condensation:
     batches : list of (m,) arrays
         Candidates whose columns of A_g^-1 have been computed, in the order in which they came.
     steps : (1,)
-        Steps of Newton and of pivoting so far.
+        Steps of Newton and changes along paths so far.
     """
 
     name = "direct"
@@ -217,24 +215,27 @@ class Condensation:
             selected |= gaps <= NEAR * max(gaps.max(), 0.0)
         free = self.back_substitute(r)
         power = self._seen.T @ (self.shapes.T @ r.ravel()) if self.pins.size else self._nothing
-        gap, after = np.empty(status.size), np.empty(status.size)
-        largest, count = gaps_without(contact, u, free, status, gap, after, selected)
-        tiny, size = 1e-14 * largest, loop.load_size + float(np.linalg.norm(known))
+        gap = contact.gap + np.einsum("ca,ca->c", loop.frame[:, 0], u[loop.nodes])
+        after = gap + np.einsum("ca,ca->c", loop.frame[:, 0], free[loop.nodes])
+        touches = (status != FREE) | ((gap < 0.0) & (after < 0.0))
+        selected |= touches
+        tiny, size = 1e-14 * gap.max(initial=0.0), loop.load_size + float(np.linalg.norm(known))
         slight = max(tolerance, SLIGHT) * size
         force, pins = known[:0], self._nothing
-        whole = Whole(contact, u, free, power, gap, after, known, status)
-        missed = NOBODY if count or self.pins.size else worst(after, selected, tiny)
+        whole = Whole(contact, u, free, power, gap, known, status)
+        missed = NOBODY if touches.any() or self.pins.size else worst(after, selected, tiny)
         selected[missed] = True
         while selected.any() and (missed.size or not force.size):
             active = self._set_up(np.flatnonzero(selected))
             force, pins, moved = self.small.solve(whole, active, loop.slip_rate, tolerance, slight)
             if self._springs is not None:
                 force -= np.einsum("cab,ceb,ce->ca", self._springs[active], loop.frame[active], moved)
-            after[:] = gap
+            bent = self._spread(active, force)
+            there = free[loop.nodes] + bent[self._row]
             if pins.size:
                 move = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
-                after += np.einsum("ca,ca->c", loop.frame[:, 0], move[loop.nodes])
-            gaps_with(contact, free, self._columns, self._row, self._place, force, self._active, after)
+                there += move[loop.nodes]
+            after = gap + np.einsum("ca,ca->c", loop.frame[:, 0], there)
             missed = worst(after, selected, tiny)
             if not missed.size and self.rigid.count == self.pins.size:
                 missed = self._next_on_the_way(active, force, power, after, slight)
@@ -245,8 +246,7 @@ class Condensation:
         elif not force.size:
             u += free
         elif self._whole:
-            spread(self._columns, self._place, force, active, free.reshape(-1))
-            u += free
+            u += free + bent
         else:
             r[loop.nodes[active]] += force
             u += self.back_substitute(r)
@@ -277,19 +277,31 @@ class Condensation:
         loop, springs = self.loop, None
         frame = loop.frame[active, : self._sides]
         if self._springs is not None:
-            frame = loop.frame[active]
             springs = np.einsum("cab,cbe,cfe->caf", frame, self._springs[active], frame)
-        W = compliance(self._columns, self._row, self._place, active, frame)
+        k, d = active.size, loop.shape[1]
+        rows, columns = (number[active, None] * d + np.arange(d) for number in (self._row, self._place))
+        there = self._columns[np.ix_(rows.ravel(), columns.ravel())].reshape(k, d, k, d)
+        W = np.einsum("jbf,iajf->iajb", frame, np.einsum("iae,iejf->iajf", frame, there))
+        W = 0.5 * (W + W.transpose(2, 3, 0, 1)).reshape(k * self._sides, -1)
         G = np.einsum("cab,cbp->cap", frame, self._motions[active]).reshape(W.shape[0], -1)
         resistance = self._seen.T @ self.resistance @ self._seen
         self.small = SmallProblem(W, G, resistance, springs, self._sides, loop.friction, self.steps)
         self._active = active
         return active
 
+    def _spread(self, active: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Displacements, of all nodes or of the candidates alone, by forces (k, d) on active candidates."""
+        d, known = self.loop.shape[1], sum(batch.size for batch in self.batches)
+        everybody = np.zeros((known, d))
+        everybody[self._place[active]] = force
+        return (self._columns[:, : known * d] @ everybody.ravel()).reshape(-1, d)
+
     def _take_springs(self) -> None:
         """Follow the loop's springs."""
         if self._springs is not self.loop.springs:
             self._springs = self.loop.springs
+            # components that a force may have, of the road or of springs
+            self._sides = 1 if self.loop.friction is None and self._springs is None else self.loop.shape[1]
             self.update_normals()
 
     def _learn(self, new: np.ndarray) -> None:
@@ -320,70 +332,3 @@ def worst(gap: np.ndarray, selected: np.ndarray, tiny: float) -> np.ndarray:
     """Candidates (k,), not selected (n,), that are farthest below the road by their gaps (n,)."""
     below = np.flatnonzero((gap < -tiny) & ~selected)
     return below[np.argsort(gap[below])[: max(8, int(selected.sum()))]]
-
-
-@njit(cache=True, error_model="numpy")
-def gaps_without(contact, u, free, status, gap, after, selected):
-    """Write into `gap` and `after` the gaps (n,) at u (N, d), and after the free move from there.
-
-    Mark in `selected` (n,) who touches already or is and stays below the road. Return the largest of
-    `gap`, and the number of candidates added.
-    """
-    largest, count = 0.0, 0
-    for c in range(gap.size):
-        here, there = contact.gap[c], 0.0
-        for a in range(u.shape[1]):
-            here += contact.frame[c, 0, a] * u[contact.nodes[c], a]
-            there += contact.frame[c, 0, a] * free[contact.nodes[c], a]
-        gap[c] = here
-        after[c] = here + there
-        largest = max(largest, here)
-        if status[c] != FREE or (here < 0.0 and after[c] < 0.0):
-            selected[c] = True
-            count += 1
-    return largest, count
-
-
-@njit(cache=True, error_model="numpy")
-def gaps_with(contact, free, columns, row, place, force, active, after):
-    """Add to `after` (n,) what the free move (N, d) and forces (k, d) on `active` do to the gaps."""
-    d = free.shape[1]
-    for c in range(after.size):
-        for a in range(d):
-            after[c] += contact.frame[c, 0, a] * free[contact.nodes[c], a]
-    for j in range(active.size):
-        for b in range(d):
-            column, size = columns[:, place[active[j]] * d + b], force[j, b]
-            for c in range(after.size):
-                for a in range(d):
-                    after[c] += contact.frame[c, 0, a] * column[row[c] * d + a] * size
-
-
-@njit(cache=True, error_model="numpy")
-def compliance(columns, row, place, active, frame):
-    """Displacements of active candidates under unit forces on each other, along frames (k, s, d)."""
-    k, sides, d = frame.shape
-    W = np.zeros((k * sides, k * sides))
-    for i in range(k):
-        for j in range(k):
-            for a in range(sides):
-                for b in range(sides):
-                    s = 0.0
-                    for e in range(d):
-                        for f in range(d):
-                            value = columns[row[active[i]] * d + e, place[active[j]] * d + f]
-                            s += frame[i, a, e] * value * frame[j, b, f]
-                    W[i * sides + a, j * sides + b] += 0.5 * s
-                    W[j * sides + b, i * sides + a] += 0.5 * s
-    return W
-
-
-@njit(cache=True, error_model="numpy", fastmath=FUSED)
-def spread(columns, place, force, active, u):
-    """Add to u (N d,) the displacement due to forces (k, d) on the active candidates."""
-    d = force.shape[1]
-    for j in range(active.size):
-        for b in range(d):
-            column, size = columns[:, place[active[j]] * d + b], force[j, b]
-            for i in range(u.size):
-                u[i] += column[i] * size

@@ -36,10 +36,9 @@ from model.node_loop.contact_sweep import place_all_on_surface
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
-from model.problem.rigid_modes import BALANCE, SEEN, RigidModes
+from model.problem.rigid_modes import BALANCE, SEEN, RigidModes, null_space
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, nodal_prolongation, recompute
-from model.solvers.projected_newton import null_space
 from model.solvers.projected_search import projected_search
 from model.solvers.static_condensation import Condensation
 

@@ -1,4 +1,4 @@
-"""Small contact problems by pivoting, with and without supports, and everyday scenes that need it."""
+"""Small contact problems by following a path, with and without supports, and everyday scenes that need it."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from everyday.trial import tried
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from model.solvers.pivoting import contact_by_pivoting
+from model.solvers.path_following import follow_path
 
 BOTH_WAYS = np.array([[1.0], [-1.0]])
 ANGLES = np.arange(8) * np.pi / 4
@@ -31,6 +31,14 @@ def violation(S, b, gap, reference, mu, u, status):
     )
 
 
+def pressed_to_the_road(S, b, gap, reference, mu, ways):
+    """The displacement (k, d) to which the path from all nodes pressed to the road leads."""
+    u, force, status = np.zeros_like(b), np.zeros_like(b), np.zeros(len(b), dtype=np.int8)
+    everybody = np.ones(len(b), dtype=bool)
+    found, _ = follow_path(S, b, gap, reference, mu, ways, u, force, status, everybody)
+    return u, status, found
+
+
 def stiffness(random, k, d, modes):
     """A random stiffness (k d, k d), and orthonormal motions (k d, m) that it does not resist."""
     G = np.linalg.qr(random.normal(size=(k * d, modes)))[0] if modes else np.zeros((k * d, 0))
@@ -47,7 +55,7 @@ def test_there_is_an_answer_for_any_friction_where_supports_hold(seed, k, mu):
     S += 1e-2 * np.eye(2 * k)
     b, gap = random.normal(size=(k, 2)), random.uniform(-0.1, 1.0, k)
     reference, mu = 0.1 * random.normal(size=(k, 1)), np.full(k, mu)
-    u, status, found, _ = contact_by_pivoting(S, b, gap, reference, mu, np.tile(BOTH_WAYS, (k, 1, 1)))
+    u, status, found = pressed_to_the_road(S, b, gap, reference, mu, np.tile(BOTH_WAYS, (k, 1, 1)))
     assert found
     assert violation(S, b, gap, reference, mu, u, status) < 1e-6
 
@@ -61,16 +69,49 @@ def test_contact_alone_holds_a_body_that_the_load_presses_to_the_road(seed, k, m
     inside[:, 0] = -random.uniform(0.5, 1.5, k)
     b = inside + (S @ random.normal(size=2 * k)).reshape(k, 2)
     gap, reference, mu = random.uniform(0.0, 1.0, k), np.zeros((k, 1)), np.full(k, mu)
-    u, status, found, _ = contact_by_pivoting(S, b, gap, reference, mu, np.tile(BOTH_WAYS, (k, 1, 1)))
+    u, status, found = pressed_to_the_road(S, b, gap, reference, mu, np.tile(BOTH_WAYS, (k, 1, 1)))
     assert found
     assert violation(S, b, gap, reference, mu, u, status) < 1e-6
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 8), st.integers(2, 3), st.floats(0.0, 0.2))
+def test_any_start_leads_to_the_answer_where_friction_is_small(seed, k, d, mu):
+    random = np.random.default_rng(seed)
+    S = np.eye(k * d) + 0.1 / k * stiffness(random, k, d, 0)[0]
+    b, gap = random.normal(size=(k, d)), random.uniform(-0.1, 1.0, k)
+    reference, mu = 0.1 * random.normal(size=(k, d - 1)), np.full(k, mu)
+    ways = BOTH_WAYS if d == 2 else np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)
+    ways = np.tile(ways, (k, 1, 1))
+    expected, _, _ = pressed_to_the_road(S, b, gap, reference, mu, ways)
+    u, force = random.normal(size=(k, d)), random.normal(size=(k, d))
+    status = random.integers(0, 3, k).astype(np.int8)
+    nobody = np.zeros(k, dtype=bool)
+    found, _ = follow_path(S, b, gap, reference, mu, ways, u, force, status, nobody)
+    assert found
+    np.testing.assert_allclose(u, expected, atol=1e-9 * np.abs(u).max())
+
+
+def test_without_friction_the_path_ends_where_the_energy_is_least():
+    random = np.random.default_rng(3)
+    k, d = 6, 3
+    S = stiffness(random, k, d, 0)[0] + 1e-2 * np.eye(k * d)
+    b, gap = random.normal(size=(k, d)), random.uniform(-0.1, 1.0, k)
+    u, status, found = pressed_to_the_road(
+        S, b, gap, np.zeros((k, d - 1)), np.zeros(k), np.zeros((k, 0, d - 1))
+    )
+    force = (S @ u.ravel()).reshape(k, d) - b
+    assert found
+    np.testing.assert_allclose(force[:, 1:], 0.0, atol=1e-9)
+    assert np.all(force[status == 0, 0] < 1e-9) and np.all(force[status > 0, 0] > 0.0)
+    assert np.all((gap + u[:, 0])[status == 0] > 0.0)
 
 
 def test_in_space_the_polygon_that_faces_the_slip_is_the_disc():
     S, mu, angle = np.diag([3.0, 2.0, 2.0]), 0.3, 0.7
     b = np.array([[-2.0, 4.0 * np.cos(angle), 4.0 * np.sin(angle)]])
     ways = np.stack([np.cos(ANGLES + angle), np.sin(ANGLES + angle)], axis=1)[None]
-    u, status, found, _ = contact_by_pivoting(S, b, np.zeros(1), np.zeros((1, 2)), np.array([mu]), ways)
+    u, status, found = pressed_to_the_road(S, b, np.zeros(1), np.zeros((1, 2)), np.array([mu]), ways)
     slip = (4.0 - mu * 2.0) / 2.0
     assert found
     assert status[0] == 1
@@ -80,7 +121,7 @@ def test_in_space_the_polygon_that_faces_the_slip_is_the_disc():
 def test_a_load_that_lifts_the_body_off_has_no_answer():
     S = np.array([[0.0, 0.0], [0.0, 1.0]])
     ways = BOTH_WAYS[None]
-    _, _, found, _ = contact_by_pivoting(
+    _, _, found = pressed_to_the_road(
         S, np.array([[1.0, 0.0]]), np.zeros(1), np.zeros((1, 1)), np.ones(1), ways
     )
     assert not found
