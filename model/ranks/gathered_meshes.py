@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import bsr_array, csr_array
 
 from model.node_loop.blocks import BlockMatrix, diagonal_blocks, diagonal_positions, generalised_inverses
-from model.solvers.galerkin_coarsening import Level, coarsen, nodal_prolongation, recompute
+from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, nodal_prolongation, recompute
 from model.solvers.truncated_multigrid import Cycle
 
 SMALL = 3_000  # unknowns: a sweep over them takes no longer than what ranks would tell each other meanwhile
@@ -84,7 +84,8 @@ class GatheredCycle:
         self.level, self.mesh, self.prolongations = level, mesh, prolongations
         self.stale = True  # where the level's matrix has changed
         A = mesh.matrix(level.A)
-        self._order = np.lexsort((A.indices, np.repeat(np.arange(mesh.size), np.diff(A.indptr))))
+        self._rows = np.repeat(np.arange(mesh.size), np.diff(A.indptr))
+        self._order = np.lexsort((A.indices, self._rows))
         self._pattern = A.indptr.astype(np.uint64), A.indices[self._order].astype(np.uint32)
         self._cycle: Cycle | None = None
 
@@ -107,12 +108,13 @@ class GatheredCycle:
         if self._cycle is None:
             A = BlockMatrix(*self._pattern, data)
             finest = Level(A, np.zeros((self.mesh.size, *data.shape[1:])), diagonal_positions(A))
+            changed = np.arange(self.mesh.size)
         else:
             finest = self._cycle.levels[0]
+            changed = np.unique(self._rows[np.any(data != finest.A.data, axis=(1, 2))])
             finest.A.data[:] = data
-        every = np.arange(self.mesh.size)
-        diagonal_blocks(finest.A, every, finest.inverse)
-        generalised_inverses(finest.inverse, every, finest.inverse)
+        diagonal_blocks(finest.A, changed, finest.inverse)
+        generalised_inverses(finest.inverse, changed, finest.inverse)
         if self._cycle is None:
             levels = [finest]
             for weights in self.prolongations:
@@ -120,5 +122,6 @@ class GatheredCycle:
             self._cycle = Cycle(levels)
             return
         for fine, coarse in pairwise(self._cycle.levels):
-            recompute(fine, coarse, np.arange(len(coarse.inverse)))
+            changed = columns_of(fine.P, changed, len(coarse.inverse))
+            recompute(fine, coarse, changed)
         self._cycle.coarsest_inverse = None

@@ -50,7 +50,8 @@ class SharedRigidModes:
         d = problem.coordinates.shape[1]
         sides = np.array([side for side in product((-1.0, 0.0, 1.0), repeat=d) if any(side)])
         members = [np.flatnonzero(own == number) for number in np.unique(own[own >= 0])]
-        extremes = [here[np.argmax(problem.coordinates[here] @ sides.T, axis=0)] for here in members]
+        points = [problem.coordinates[here] for here in members]
+        extremes = [here[[np.argmax(x @ side) for side in sides]] for here, x in zip(members, points)]
         candidates, others = (
             [ranks.stacked(x[chosen]) for x in (problem.coordinates, body, self.modes)]
             for chosen in (nodes, np.concatenate([nodes[:0], *extremes]))
