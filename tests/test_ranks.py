@@ -87,11 +87,9 @@ def test_many_ranks_find_what_one_finds(ranks, kind, shared, tmp_path):
     assert "trouble" not in together, together["trouble"]
     assert np.array_equal(alone["status"], together["status"])
     assert 0 < np.count_nonzero(alone["status"]) < alone["status"].size
-    for name in (
-        {"displacement", "contact_pressure", "contact_traction", "gap", "sheet", "ledger"}
-        & alone.keys()
-        & together.keys()
-    ):
+    # a node that sticks where two roads meet may share its force between pressure and friction in many ways
+    unique = NUMBERS - ({"contact_pressure"} if kind == "corner" else set())
+    for name in unique & alone.keys() & together.keys():
         assert np.abs(alone[name] - together[name]).max() <= 1e-8 * np.abs(alone[name]).max(), name
 
 
