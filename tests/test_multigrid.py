@@ -89,6 +89,22 @@ def test_cycles_with_friction_stay_within_twice_those_without():
         assert np.mean([step.cycles for step in path]) <= 2 * without
 
 
+@pytest.mark.parametrize(("mu", "most"), [(0.01, 12), (0.1, 12), (1.0, 16), (3.0, 32)])
+def test_cycles_with_little_and_much_friction(mu, most):
+    """From pressing to where nearly all of it slips.
+
+    With much friction the pressure that follows from it, which no symmetric cycle sees, slows the solver.
+    """
+    body = Body.from_grid(half_cylinder_nested(10.0), 2)
+    elasticity = Elasticity(body, Isotropic(210e3, 0.3))
+    pushes = [elasticity.total_force("top", np.array([Q * mu, -1.0]) * 1e4) for Q in (0.0, 0.5, 0.95)]
+    system = elasticity.system(pushes[0], Support(body).platen("top"))
+    problem = BodyOnRoad(system, "arc", Plane(), friction=mu, reach=3.0).problem
+    solver = ContactSolver(problem, "multigrid")
+    path = list(follow(solver, [system.reduce(push) for push in pushes], tolerance=1e-8))
+    assert max(step.cycles for step in path) <= most
+
+
 @pytest.mark.parametrize("friction", [None, 0.2])
 @pytest.mark.parametrize("correction", ["none", "multigrid", "algebraic"])
 def test_corrections_agree(correction, friction):
@@ -103,8 +119,10 @@ def test_corrections_agree(correction, friction):
     assert other.pressure_force.min() >= 0.0
 
 
-@pytest.mark.parametrize("scheme", [Newmark, MassRedistribution])
-def test_cycles_in_time(scheme):
+@pytest.mark.parametrize(
+    ("scheme", "friction"), [(Newmark, None), (MassRedistribution, None), (MassRedistribution, 0.3)]
+)
+def test_cycles_in_time(scheme, friction):
     """A quarter of a half ball of steel strikes a road at 10 m/s (mm, ms, N).
 
     In a step waves pass two cells of the contact.
@@ -114,7 +132,7 @@ def test_cycles_in_time(scheme):
     support = Support(body).fix("x0", x=0.0).fix("y0", y=0.0)
     road = Plane((0, 0, body.coordinates[:, 2].min()), (0, 0, 1))
     rest = np.zeros_like(body.coordinates)
-    moving = MovingBody.from_forms(elasticity, 7.85e-3, rest, road, "sphere", support)
+    moving = MovingBody.from_forms(elasticity, 7.85e-3, rest, road, "sphere", support, friction=friction)
     rest[:, 2] = -10.0
     ends = {}
     for correction in ("direct", "multigrid"):
@@ -125,7 +143,7 @@ def test_cycles_in_time(scheme):
             cycles.append(state.cycles)
         ends[correction] = state
     assert np.median(cycles) <= 4
-    assert max(cycles) <= 8
+    assert max(cycles) <= 6
     assert state.count > 1
     assert np.array_equal(state.status, ends["direct"].status)
     moved = ends["direct"].displacement

@@ -134,7 +134,8 @@ class CurvedContact:
         force = solver.ranks.sum(float(np.abs(solver.ranks.own(load)).sum()))
         hold = ProximalSprings(self.rigid, force / size, points.shape)
         iterations: list[Solution] = []
-        enough = LOOSE if solver.correction.name in ("multigrid", "algebraic") else 0.0
+        turns = solver.ranks.any(bool(np.ptp(planes.normal, axis=0).any())) if len(points) else False
+        enough = LOOSE if turns and solver.correction.name in ("multigrid", "algebraic") else 0.0
         try:
             for _ in range(ITERATIONS):
                 springs = planes.springs + hold.springs()

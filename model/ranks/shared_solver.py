@@ -310,7 +310,7 @@ class SharedSolver:
                 missing = np.sqrt(exchange.dot(R, R))
                 part = 0.0 if loop.friction is None else forcing(record.history)
                 part = UNSTEADY if steady == 0 else part
-                wanted = max(part * missing, 0.3 * record.tolerance * loop.scale)
+                wanted = max(part * missing, record.tolerance * loop.scale)
                 x, cycles = self._correction(R, wanted, status)
             record.cycles += cycles
             u += self._fall(x, u, status) * x

@@ -340,8 +340,9 @@ class Multigrid:
     def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int) -> bool:
         """Solve for the unknowns that are linear at present, to a third while the contact set still changes.
 
-        Return whether the next correction comes at once: slip would have turned round, and was stopped, or a
-        node has come to the road.
+        The last one may leave the tolerance itself, for the sweep that follows leaves a third of that. Return
+        whether the next correction comes at once: slip would have turned round, and was stopped, or a node
+        has come to the road.
         """
         loop, r, x = self.loop, self.loop.R, self.x
         scale = loop.load_size + float(np.linalg.norm(loop.force))
@@ -357,7 +358,7 @@ class Multigrid:
         # without friction the problem is linear now
         newton = 0.0 if loop.friction is None else forcing(record.history)
         part = UNSTEADY if steady == 0 else newton
-        wanted = max(part * float(np.linalg.norm(r)), 0.3 * record.tolerance * scale)
+        wanted = max(part * float(np.linalg.norm(r)), record.tolerance * scale)
         if loop.friction is not None and np.any(status == Status.SLIP):
             record.cycles += self._with_friction(r, wanted, status)
         else:
@@ -500,6 +501,7 @@ class Multigrid:
             rtol=0.0,
             atol=wanted,
             m=KRYLOV,
+            k=0,
             maxiter=1,
         )
         self.x[:] = x.reshape(loop.shape)
