@@ -187,6 +187,44 @@ def backward_sweep(size: int) -> Any:
 
 
 @lru_cache
+def backward_sweep_with_defect(size: int) -> Any:
+    """Compile `backward_sweep` with the defect that it leaves, for the price of one product.
+
+    A must be symmetric, as for `sweep_from_zero`. What a later row adds to u changes the defects of rows that
+    have had their turn: its transpose, met in the same row, tells.
+    """
+
+    @njit(cache=True, error_model="numpy", fastmath=FUSED)
+    def sweep(A, middle, inverse, load, u, rest):
+        row, nodes = np.empty(size), A.indptr.size - 1
+        A = BlockMatrix(A.indptr, A.indices, flat(A.data))
+        inverse, load, u, rest = flat(inverse), flat(load), flat(u), flat(rest)
+        for passed in range(nodes):
+            i = nodes - 1 - passed
+            begin, end, j = A.indptr[i], A.indptr[i + 1], size * i
+            if size == 2:
+                x, y = u[j], u[j + 1]
+                r = row_defect_2(A, begin, end, load, u, i, -AHEAD, True)
+                rest[j], rest[j + 1] = r
+                relax(inverse, i, r, u)
+                column_defect_2(A, middle[i], end, (u[j] - x, u[j + 1] - y), rest)
+            elif size == 3:
+                x, y, z = u[j], u[j + 1], u[j + 2]
+                r = row_defect_3(A, begin, end, load, u, i, -AHEAD, True)
+                rest[j], rest[j + 1], rest[j + 2] = r
+                relax(inverse, i, r, u)
+                column_defect_3(A, middle[i], end, (u[j] - x, u[j + 1] - y, u[j + 2] - z), rest)
+            else:
+                before = u[j : j + size].copy()
+                r = row_defect_any(A, begin, end, load, u, i, row)
+                rest[j : j + size] = r
+                relax(inverse, i, r, u)
+                column_defect_any(A, middle[i], end, u[j : j + size] - before, rest)
+
+    return sweep
+
+
+@lru_cache
 def sweep_from_zero(size: int) -> Any:
     """Compile a forward sweep for A z = r from z = 0, with its defect, which reads half the matrix.
 

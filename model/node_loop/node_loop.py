@@ -328,9 +328,13 @@ def uncoupled_unknowns(A):
     d = A.data.shape[1]
     alone = np.ones((A.indptr.size - 1, d), dtype=np.bool_)
     for i in range(alone.shape[0]):
+        left = d
         for k in range(A.indptr[i], A.indptr[i + 1]):
             for a in range(d):
                 for b in range(d):
-                    if A.data[k, a, b] != 0.0 and (a != b or A.indices[k] != i):
+                    if A.data[k, a, b] != 0.0 and (a != b or A.indices[k] != i) and alone[i, a]:
                         alone[i, a] = False
+                        left -= 1
+            if left == 0:
+                break
     return alone

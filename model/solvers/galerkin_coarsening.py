@@ -24,6 +24,7 @@ from model.node_loop.blocks import (
     flat,
     generalised_inverses,
 )
+from model.node_loop.prefetch import prefetch
 
 
 class Children(NamedTuple):
@@ -151,7 +152,10 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
             found = 0
             for q in range(children.indptr[I], children.indptr[I + 1]):
                 i, e = children.row[q], np.int64(children.entry[q])
+                following = children.row[min(q + np.uint64(1), children.indptr[I + 1] - np.uint64(1))]
+                ahead = (np.int64(A.indptr[following]) - np.int64(A.indptr[i])) * (8 * d * d)
                 for k in range(np.int64(A.indptr[i]), np.int64(A.indptr[i + 1])):
+                    prefetch(values, np.uint64(k * d * d), ahead)
                     j = A.indices[k]
                     if place[j] == 0:
                         columns[found] = j

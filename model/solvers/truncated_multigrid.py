@@ -27,6 +27,7 @@ from model.node_loop.blocks import (
     FUSED,
     BlockMatrix,
     backward_sweep,
+    backward_sweep_with_defect,
     defect,
     diagonal_positions,
     generalised_inverses,
@@ -110,8 +111,8 @@ class Cycle:
             changed = columns_of(fine.P, changed, coarse.inverse.shape[0])
             recompute(fine, coarse, changed)
 
-    def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
-        """One cycle for A z = r from z = 0, on level `number`.
+    def __call__(self, r: np.ndarray, number: int = 0, left: np.ndarray | None = None) -> np.ndarray:
+        """One cycle for A z = r from z = 0, on level `number`; its defect is written into `left`, if given.
 
         The result is overwritten by the next call.
         """
@@ -120,21 +121,25 @@ class Cycle:
             if self.coarsest_inverse is None:
                 self.coarsest_inverse = dense_inverse(level, self.kernel)
             z[:] = (self.coarsest_inverse @ r.ravel()).reshape(r.shape)
+            if left is not None:
+                defect(r.shape[1])(level.A, r, z, left)
             return z
         rest, coarse_r, size = self.defects[number], self.loads[number + 1], r.shape[1]
         sweep_from_zero(size)(level.A, level.middle, level.inverse, r, z, rest)
         for _ in range(self.sweeps - 1):
-            more, left = np.empty_like(r), np.empty_like(r)
-            sweep_from_zero(size)(level.A, level.middle, level.inverse, rest, more, left)
+            more, still = np.empty_like(r), np.empty_like(r)
+            sweep_from_zero(size)(level.A, level.middle, level.inverse, rest, more, still)
             z += more
-            rest[:] = left
+            rest[:] = still
         held = self.held if number == 0 else self.held[:0]
         level.project(rest, held)
         level.transfers.restrict(level.P, level.children, rest, coarse_r)
         level.transfers.prolong(level.P, self._solve_coarse(coarse_r, number + 1), z)
         level.project(z, held)
-        for _ in range(self.sweeps):
+        for _ in range(self.sweeps - (left is not None)):
             backward_sweep(size)(level.A, level.inverse, r, z)
+        if left is not None:
+            backward_sweep_with_defect(size)(level.A, level.middle, level.inverse, r, z, left)
         return z
 
     def _solve_coarse(self, r: np.ndarray, number: int) -> np.ndarray:
@@ -198,14 +203,9 @@ def dense_inverse(level: Level, kernel: np.ndarray) -> np.ndarray:
     return inverse
 
 
-@njit(cache=True, error_model="numpy", fastmath=FUSED)
-def dot(x, y):
+def dot(x: np.ndarray, y: np.ndarray) -> float:
     """Sum of x * y."""
-    s = 0.0
-    for i in range(x.shape[0]):
-        for a in range(x.shape[1]):
-            s += x[i, a] * y[i, a]
-    return s
+    return float(np.vdot(x, y))
 
 
 @njit(cache=True, error_model="numpy", fastmath=FUSED)
@@ -267,8 +267,8 @@ class Multigrid:
         self.held = self.rubs = np.zeros(0, dtype=np.int64)
         self.last, self.springs = self.status.copy(), loop.springs
         self.by_pressure, self.support = np.zeros((loop.nodes.size, d)), np.zeros((loop.nodes.size, d, d))
-        self.zero, self.x, self.direction, self.product, self.before = (
-            np.zeros(loop.shape) for _ in range(5)
+        self.zero, self.x, self.direction, self.product, self.before, self.left = (
+            np.zeros(loop.shape) for _ in range(6)
         )
         self.best = np.zeros(loop.shape)
         self._defect = defect(d)
@@ -450,21 +450,22 @@ class Multigrid:
     def _conjugate_gradients(self, r: np.ndarray, wanted: float) -> int:
         """Set x with A x = r on what is linear, until the defect (in r) is below `wanted`.
 
-        Return the number of cycles.
+        Return the number of cycles. A cycle leaves its defect: no other product with A is needed.
         """
-        x, direction, product = self.x, self.direction, self.product
-        x[:], direction[:] = 0.0, 0.0
+        x, direction, product, left = self.x, self.direction, self.product, self.left
+        x[:], direction[:], product[:] = 0.0, 0.0, 0.0
         before, cycles = 1.0, 0
         while cycles < KRYLOV:
-            z = self.cycle(r)
+            z = self.cycle(r, left=left)
             cycles += 1
             power = dot(r, z)
             if power <= 0.0:  # nothing is missing from what is linear
                 break
+            self._project(left)
+            left -= r
             turn_direction(power / before, direction, z)
+            turn_direction(power / before, product, left)
             before = power
-            self._defect(self.loop.A, self.zero, direction, product)
-            self._project(product)
             if step_along(-power / dot(direction, product), direction, product, x, r) <= wanted:
                 break
         return cycles
