@@ -300,7 +300,10 @@ def diagonal_blocks(A, rows, diagonal):
     for i in rows:
         for k in range(A.indptr[i], A.indptr[i + 1]):
             if A.indices[k] == i:
-                diagonal[i] = A.data[k]
+                for a in range(A.data.shape[1]):
+                    for b in range(A.data.shape[2]):
+                        diagonal[i, a, b] = A.data[k, a, b]
+                break
 
 
 @njit(cache=True, error_model="numpy")

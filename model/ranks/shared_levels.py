@@ -24,7 +24,7 @@ from model.node_loop.blocks import (
 from model.ranks.gathered_meshes import GatheredCycle, WholeMesh, first_small
 from model.solvers.galerkin_coarsening import (
     columns_of,
-    galerkin_pattern,
+    galerkin_product,
     nodal_prolongation,
     transfers,
     transposed,
@@ -117,17 +117,18 @@ class SharedLevel:
         self.P, self.transfers, coarse = P, transfers(self.d, self.d, True), len(ids)
         indptr = P.indptr[: self.exchange.owned + 1]
         self.children = transposed(BlockMatrix(indptr, P.indices[: int(indptr[-1])], P.data), coarse)
-        indptr, indices = galerkin_pattern(self.A, P, self.children)
-        self.product = BlockMatrix(indptr, indices, np.empty((indices.size, self.d, self.d)))
+        self.product = galerkin_product(self.transfers, self.A, P, self.children, self.held, self.T)
         self.shares = Shares(self.product, exchange, ids)
-        self._multiply(np.ones(coarse, dtype=bool))
+        self.shares.sum(self.product, np.ones(coarse, dtype=bool))
         self.coarser = SharedLevel(self.shares.own_rows(self.product), exchange, coarse)
         return self.coarser
 
     def _multiply(self, touched: np.ndarray) -> None:
         """Compute the coarse rows that all ranks mark as touched (coarse nodes,); collective."""
         rows = np.flatnonzero(touched)
-        self.transfers.galerkin_rows(self.A, self.P, self.children, rows, self.product, self.held, self.T)
+        self.transfers.galerkin_rows(
+            self.A, self.P, self.children, rows, self.product, self.held, self.T, False
+        )
         self.shares.sum(self.product, touched)
 
     def recompute(self, fine: np.ndarray) -> np.ndarray:

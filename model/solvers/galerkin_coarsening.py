@@ -86,34 +86,6 @@ def transposed(P: BlockMatrix, coarse: int) -> Children:
     return Children(M.indptr.astype(np.uint64), M.indices.astype(np.uint32), M.data.astype(np.uint64))
 
 
-@njit(cache=True, error_model="numpy")
-def galerkin_pattern(A, P, children):
-    """Row pointers and sorted columns of P^T A P."""
-    coarse = children.indptr.size - 1
-    indptr, indices = np.zeros(coarse + 1, dtype=np.uint64), np.empty(A.indices.size, dtype=np.uint32)
-    fine_seen, seen = np.zeros(P.indptr.size - 1, dtype=np.int64), np.zeros(coarse, dtype=np.int64)
-    end = 0
-    for I in range(coarse):
-        for q in range(children.indptr[I], children.indptr[I + 1]):
-            i = children.row[q]
-            for k in range(A.indptr[i], A.indptr[i + 1]):
-                j = A.indices[k]
-                if fine_seen[j] == I + 1:
-                    continue
-                fine_seen[j] = I + 1
-                for m in range(P.indptr[j], P.indptr[j + 1]):
-                    J = P.indices[m]
-                    if seen[J] <= I:
-                        seen[J] = I + 1
-                        if end == indices.size:
-                            indices = np.concatenate((indices, np.empty_like(indices)))
-                        indices[end] = J
-                        end += 1
-        indptr[I + 1] = end
-        indices[indptr[I] : indptr[I + 1]].sort()
-    return indptr, indices[:end].copy()
-
-
 class Transfers(NamedTuple):
     """Compiled for blocks (d, c): Galerkin products row by row, r_coarse = P^T r, and u += P u_coarse."""
 
@@ -128,113 +100,140 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
 
     By scalar weights or by blocks.
     """
+    zero, one, eight = np.uint64(0), np.uint64(1), np.uint64(8)
+    fine, mixed, small = np.uint64(d * d), np.uint64(c * d), np.uint64(c * c)  # entries of blocks
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
-    def galerkin_rows(A, P, children, rows, coarse, held, T):
+    def galerkin_rows(A, P, children, rows, coarse, held, T, fresh):
         """Row I of P^T A first, by columns of A; then times P, each of them once."""
-        values, weights, product = flat(A.data), flat(P.data), flat(coarse.data)
-        most = 0
+        indices, values, weights, product = coarse.indices, flat(A.data), flat(P.data), flat(coarse.data)
+        most, widest = 0, 0
         for I in rows:
             length = 0
             for q in range(children.indptr[I], children.indptr[I + 1]):
                 i = children.row[q]
                 length += np.int64(A.indptr[i + 1] - A.indptr[i])
             most = max(most, length)
-        X, columns = np.empty(most * c * d), np.empty(most, dtype=np.uint32)
-        place = np.zeros(held.size, dtype=np.int32)  # of a column in X, and 1
-        entry = np.zeros(children.indptr.size - 1, dtype=np.int64)
+        for j in range(P.indptr.size - 1):
+            widest = max(widest, np.int64(P.indptr[j + 1] - P.indptr[j]))
+        coarse_nodes = children.indptr.size - 1
+        # by numbers from 1 on, in the order of their first use: columns of P^T A, and of P^T A P
+        place, column = np.zeros(held.size, dtype=np.uint32), np.zeros(most + 1, dtype=np.uint32)
+        X, Y = np.zeros((most + 1) * c * d), np.zeros((min(most * widest, coarse_nodes) + 1) * c * c)
+        coarse_place, name = np.zeros(coarse_nodes, np.uint32), np.zeros(coarse_nodes + 1, np.uint32)
         block, turned = np.empty(d * d), np.empty(c * d)
         for I in rows:
-            for k in range(np.int64(coarse.indptr[I]), np.int64(coarse.indptr[I + 1])):
-                entry[coarse.indices[k]] = k * c * c
-                for t in range(c * c):
-                    product[k * c * c + t] = 0.0
-            found = 0
+            found = zero
             for q in range(children.indptr[I], children.indptr[I + 1]):
-                i, e = children.row[q], np.int64(children.entry[q])
-                following = children.row[min(q + np.uint64(1), children.indptr[I + 1] - np.uint64(1))]
-                ahead = (np.int64(A.indptr[following]) - np.int64(A.indptr[i])) * (8 * d * d)
-                for k in range(np.int64(A.indptr[i]), np.int64(A.indptr[i + 1])):
-                    prefetch(values, np.uint64(k * d * d), ahead)
+                i, e = children.row[q], children.entry[q]
+                following = children.row[min(q + one, children.indptr[I + 1] - one)]
+                ahead = np.int64((A.indptr[following] - A.indptr[i]) * fine * eight)
+                for k in range(A.indptr[i], A.indptr[i + 1]):
+                    v = k * fine
+                    prefetch(values, v, ahead)
                     j = A.indices[k]
-                    if place[j] == 0:
-                        columns[found] = j
-                        for t in range(c * d):
-                            X[found * c * d + t] = 0.0
-                        found += 1
-                        place[j] = found
-                    x = (np.int64(place[j]) - 1) * c * d
+                    new = place[j] == 0
+                    found += np.uint64(new)
+                    number = found if new else np.uint64(place[j])
+                    place[j], column[number] = number, j
+                    x = number * mixed
                     if scalar and not held[i]:
-                        for t in range(d * d):
-                            X[x + t] += weights[e] * values[k * d * d + t]
+                        for t in range(fine):
+                            X[x + t] += weights[e] * values[v + t]
                         continue
                     for a in range(d):
                         for b in range(d):
-                            s = values[(k * d + a) * d + b]
+                            s = values[v + np.uint64(a * d + b)]
                             if held[i]:
                                 s = 0.0
                                 for t in range(d):
-                                    s += T[i, a, t] * values[(k * d + t) * d + b]
+                                    s += T[i, a, t] * values[v + np.uint64(t * d + b)]
                             block[a * d + b] = s
                     for a in range(c):
                         for b in range(d):
+                            at = x + np.uint64(a * d + b)
                             if scalar:
-                                X[x + a * d + b] += weights[e] * block[a * d + b]
+                                X[at] += weights[e] * block[a * d + b]
                             else:
                                 for t in range(d):
-                                    X[x + a * d + b] += weights[(e * d + t) * c + a] * block[t * d + b]
-            for n in range(found):
-                j, x = columns[n], n * c * d
+                                    X[at] += weights[e * mixed + np.uint64(t * c + a)] * block[t * d + b]
+            columns, found = found, zero
+            for n in range(one, columns + one):
+                j, x = column[n], n * mixed
                 place[j] = 0
                 if held[j]:
                     for a in range(c):
                         for b in range(d):
                             turned[a * d + b] = 0.0
                             for t in range(d):
-                                turned[a * d + b] += X[x + a * d + t] * T[j, t, b]
-                    X[x : x + c * d] = turned
-                for m in range(np.int64(P.indptr[j]), np.int64(P.indptr[j + 1])):
-                    K = entry[P.indices[m]]
+                                turned[a * d + b] += X[x + np.uint64(a * d + t)] * T[j, t, b]
+                    X[x : x + mixed] = turned
+                for m in range(P.indptr[j], P.indptr[j + 1]):
+                    J = P.indices[m]
+                    new = coarse_place[J] == 0
+                    found += np.uint64(new)
+                    number = found if new else np.uint64(coarse_place[J])
+                    coarse_place[J], name[number] = number, J
+                    y = number * small
                     if scalar:
-                        for t in range(d * d):
-                            product[K + t] += X[x + t] * weights[m]
+                        for t in range(small):
+                            Y[y + t] += X[x + t] * weights[m]
                         continue
                     for a in range(c):
                         for b in range(c):
                             for t in range(d):
-                                product[K + a * c + b] += X[x + a * d + t] * weights[(m * d + t) * c + b]
+                                Y[y + np.uint64(a * c + b)] += (
+                                    X[x + np.uint64(a * d + t)] * weights[m * mixed + np.uint64(t * c + b)]
+                                )
+                X[x : x + mixed] = 0.0
+            begin = coarse.indptr[I]
+            if fresh:
+                end = coarse.indptr[I + 1] = begin + found
+                while end > indices.size:
+                    indices = np.concatenate((indices, np.empty_like(indices)))
+                    product = np.concatenate((product, np.empty_like(product)))
+                indices[begin:end] = name[one : one + found]
+                indices[begin:end].sort()
+            for k in range(begin, coarse.indptr[I + 1]):
+                y, z = np.uint64(coarse_place[indices[k]]) * small, k * small
+                for t in range(small):
+                    product[z + t] = Y[y + t]
+                    Y[y + t] = 0.0
+            for n in range(one, found + one):
+                coarse_place[name[n]] = 0
+        return indices, product
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def restrict(P, children, r, coarse_r):
-        weights, row = flat(P.data), np.empty(c)
-        for I in range(coarse_r.shape[0]):
+        weights, r, coarse_r = flat(P.data), flat(r), flat(coarse_r)
+        for I in range(children.indptr.size - 1):
             for a in range(c):
-                row[a] = 0.0
+                coarse_r[I * c + a] = 0.0
             for q in range(children.indptr[I], children.indptr[I + 1]):
-                i, e = children.row[q], np.int64(children.entry[q])
+                i, e = np.uint64(children.row[q]) * np.uint64(d), children.entry[q]
                 for a in range(c):
                     if scalar:
-                        row[a] += weights[e] * r[i, a]
+                        coarse_r[I * c + a] += weights[e] * r[i + np.uint64(a)]
                     else:
                         for t in range(d):
-                            row[a] += weights[(e * d + t) * c + a] * r[i, t]
-            for a in range(c):
-                coarse_r[I, a] = row[a]
+                            w = weights[e * mixed + np.uint64(t * c + a)]
+                            coarse_r[I * c + a] += w * r[i + np.uint64(t)]
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def prolong(P, coarse_u, u):
-        weights, row = flat(P.data), np.empty(d)
+        weights, row, coarse_u = flat(P.data), np.empty(d), flat(coarse_u)
         for i in range(u.shape[0]):
             for t in range(d):
                 row[t] = u[i, t]
-            for m in range(np.int64(P.indptr[i]), np.int64(P.indptr[i + 1])):
-                I = P.indices[m]
+            for m in range(P.indptr[i], P.indptr[i + 1]):
+                I = np.uint64(P.indices[m]) * np.uint64(c)
                 for t in range(d):
                     if scalar:
-                        row[t] += weights[m] * coarse_u[I, t]
+                        row[t] += weights[m] * coarse_u[I + np.uint64(t)]
                     else:
                         for a in range(c):
-                            row[t] += weights[(m * d + t) * c + a] * coarse_u[I, a]
+                            w = weights[m * mixed + np.uint64(t * c + a)]
+                            row[t] += w * coarse_u[I + np.uint64(a)]
             for t in range(d):
                 u[i, t] = row[t]
 
@@ -251,21 +250,36 @@ def columns_of(M, rows, columns):
     return np.flatnonzero(seen)
 
 
+def galerkin_product(kernels: Transfers, A: BlockMatrix, P: BlockMatrix, children: Any, *held: Any) -> Any:
+    """Return P^T A P, as `BlockMatrix`, with the projectors of nodes that are `held`."""
+    N, c = children.indptr.size - 1, P.data.shape[2] if P.data.ndim == 3 else A.data.shape[1]
+    room = max(A.indices.size // 2, 1)  # nested meshes need less
+    indptr = np.zeros(N + 1, dtype=np.uint64)
+    rows = BlockMatrix(indptr, np.empty(room, dtype=np.uint32), np.empty((room, c, c)))
+    indices, data = kernels.galerkin_rows(A, P, children, np.arange(N), rows, *held, True)
+    count = int(indptr[-1])
+    return BlockMatrix(indptr, indices[:count], data.reshape(-1, c, c)[:count])
+
+
 def coarsen(level: Level, P: BlockMatrix, coarse_nodes: int) -> Level:
     """Set the way from `level` to the next coarser one, and return that, with the matrix P^T A P."""
     level.P, level.children = P, transposed(P, coarse_nodes)
     d, scalar = level.inverse.shape[1], P.data.ndim == 1
     c = d if scalar else P.data.shape[2]
     level.transfers = transfers(d, c, scalar)
-    indptr, indices = galerkin_pattern(level.A, P, level.children)
-    A = BlockMatrix(indptr, indices, np.empty((indices.size, c, c)))
+    A = galerkin_product(level.transfers, level.A, P, level.children, level.held, level.T)
     coarse = Level(A, np.zeros((coarse_nodes, c, c)), diagonal_positions(A))
-    recompute(level, coarse, np.arange(coarse_nodes))
+    invert_diagonal(coarse, np.arange(coarse_nodes))
     return coarse
 
 
 def recompute(fine: Level, coarse: Level, rows: np.ndarray) -> None:
     """Compute the given block rows of the coarse matrix from the fine level, and invert their diagonals."""
-    fine.transfers.galerkin_rows(fine.A, fine.P, fine.children, rows, coarse.A, fine.held, fine.T)
-    coarse.inverse[rows] = coarse.A.data[coarse.middle[rows]]
-    generalised_inverses(coarse.inverse, rows, coarse.inverse)
+    fine.transfers.galerkin_rows(fine.A, fine.P, fine.children, rows, coarse.A, fine.held, fine.T, False)
+    invert_diagonal(coarse, rows)
+
+
+def invert_diagonal(level: Level, rows: np.ndarray) -> None:
+    """Invert the diagonal blocks of the given rows."""
+    level.inverse[rows] = level.A.data[level.middle[rows]]
+    generalised_inverses(level.inverse, rows, level.inverse)
