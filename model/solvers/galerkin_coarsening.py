@@ -138,8 +138,9 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                     place[j], column[number] = number, j
                     x = number * mixed
                     if scalar and not held[i]:
+                        w = weights[e]
                         for t in range(fine):
-                            X[x + t] += weights[e] * values[v + t]
+                            X[x + t] += w * values[v + t]
                         continue
                     for a in range(d):
                         for b in range(d):
@@ -167,7 +168,8 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                             turned[a * d + b] = 0.0
                             for t in range(d):
                                 turned[a * d + b] += X[x + np.uint64(a * d + t)] * T[j, t, b]
-                    X[x : x + mixed] = turned
+                    for t in range(mixed):
+                        X[x + t] = turned[t]
                 for m in range(P.indptr[j], P.indptr[j + 1]):
                     J = P.indices[m]
                     new = coarse_place[J] == 0
@@ -176,8 +178,9 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                     coarse_place[J], name[number] = number, J
                     y = number * small
                     if scalar:
+                        w = weights[m]
                         for t in range(small):
-                            Y[y + t] += X[x + t] * weights[m]
+                            Y[y + t] += w * X[x + t]
                         continue
                     for a in range(c):
                         for b in range(c):
@@ -185,14 +188,16 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                                 Y[y + np.uint64(a * c + b)] += (
                                     X[x + np.uint64(a * d + t)] * weights[m * mixed + np.uint64(t * c + b)]
                                 )
-                X[x : x + mixed] = 0.0
+                for t in range(mixed):
+                    X[x + t] = 0.0
             begin = coarse.indptr[I]
             if fresh:
                 end = coarse.indptr[I + 1] = begin + found
                 while end > indices.size:
                     indices = np.concatenate((indices, np.empty_like(indices)))
                     product = np.concatenate((product, np.empty_like(product)))
-                indices[begin:end] = name[one : one + found]
+                for n in range(found):
+                    indices[begin + n] = name[one + n]
                 indices[begin:end].sort()
             for k in range(begin, coarse.indptr[I + 1]):
                 y, z = np.uint64(coarse_place[indices[k]]) * small, k * small
