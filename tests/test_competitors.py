@@ -1,5 +1,7 @@
 """The solvers this project is compared with reach the same answer, so that the comparison is of equals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from competitors import ORDERINGS, snes, tao
@@ -8,7 +10,7 @@ from weak_contact import Pressed, latent_variable, nitsche, penalty
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, box, half_cylinder_nested
-from model import solve
+from model import ContactSolver, Status, follow, solve
 from model.results.body_on_road import BodyOnRoad
 
 
@@ -86,6 +88,29 @@ def test_penalty_tends_to_the_exact_answer_but_penetrates(weakly, start, ours):
 def test_weak_forms_of_contact_find_nearly_the_same_displacement(weakly, start, ours):
     for answer in (nitsche(weakly, 1e8, start), latent_variable(weakly, 1e-4)[0]):
         assert np.abs(answer.displacement - ours).max() < 5e-3 * np.abs(ours).max()
+
+
+@pytest.mark.parametrize(("method", "stiffness"), [(penalty, 1e8), (nitsche, 1e8)])
+def test_weak_forms_of_friction_find_nearly_the_same_displacement(pressed, method, stiffness):
+    """A top that is lowered, then moved along: part of the patch slips."""
+    elasticity, mu, loads, values = pressed.elasticity, 0.5, [], []
+    body = elasticity.body
+    for moved in (0.0, 0.02):
+        support = Support(body).fix("top", x=moved, y=-0.05)
+        system = elasticity.system(np.zeros_like(body.coordinates), support)
+        contact = BodyOnRoad(system, "arc", Plane(), friction=mu)
+        loads.append(contact.problem.b)
+        values.append(np.tile([moved, -0.05], len(body.nodes("top"))))
+    path = list(follow(ContactSolver(contact.problem, "direct"), loads, tolerance=1e-10))
+    assert {Status.SLIP, Status.STICK} <= set(path[-1].status)
+    fixed = (2 * body.nodes("top")[:, None] + np.arange(2)).ravel()
+    weakly = Pressed(elasticity, np.zeros_like(body.coordinates), "arc", fixed, friction=mu)
+    guess = np.zeros_like(body.coordinates)
+    guess[:, 1] = -0.05
+    exact, found = path[-1].displacement, method(weakly, stiffness, guess, values).displacement
+    assert np.abs(found - exact).max() < 5e-3 * np.abs(exact).max()
+    without = solve(replace(contact.problem, friction=None, b=loads[-1]), "direct").displacement
+    assert np.abs(found - exact).max() < 0.2 * np.abs(without - exact).max()
 
 
 def test_the_latent_variable_method_takes_the_steps_that_were_published():

@@ -36,7 +36,7 @@ from scipy.sparse import csc_array
 from weak_contact import Pressed, latent_variable, nitsche, penalty
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, Plane, box, half_cylinder, half_cylinder_gmsh
+from geometry import Body, Plane, box, half_ball, half_cylinder, half_cylinder_gmsh, half_cylinder_nested
 from model import BodyOnRoad, ContactSolver, NotConverged, Status, follow, solve
 from model.closed_forms.hertz import HertzCylinder
 from model.figures.figures import STYLES, convergence_figure
@@ -471,6 +471,69 @@ for k in range(1, 2 if scene.quick else 4):
     for Q, step in zip(part_loads, follow(solver, pushes, tolerance=1e-8), strict=True):
         key = f"cycles[friction, Q={Q} mu F, dofs={rubbing.problem.b.size}]"
         scene.result(key, step.cycles, "V(1,1)", 16, "wanted", "at most")
+
+# %% [markdown]
+# ## The others with friction, in the plane and in space
+#
+# A top that is lowered by 0.05 mm, then moved along the road by 0.01 and 0.02 mm, mu = 0.5: stick in the middle, slip
+# around it. The penalty form holds nodes that stick by springs; Nitsche's form cuts the whole traction to the friction
+# disc. Both take semismooth Newton steps by MUMPS, shortened where the residual would rise.
+
+
+# %%
+def lowered_and_moved(dim, k):
+    """Forms, contact problem, loads of three steps, and the same as prescribed unknowns and their values."""
+    grid, boundary = ((half_cylinder_nested(R), "arc"), (half_ball(R, "half"), "sphere"))[dim - 2]
+    body, road = Body.from_grid(grid, k), Plane(np.zeros(dim), np.eye(dim)[-1])
+    elasticity, top, loads, values = Elasticity(body, Isotropic(E, NU)), body.nodes("top"), [], []
+    for moved in (0.0, 0.01, 0.02):
+        support = Support(body) if dim == 2 else Support(body).fix("y0", y=0.0)
+        place = dict(zip("xyz", (moved, *[0.0] * (dim - 2), -0.05)))
+        system = elasticity.system(np.zeros_like(body.coordinates), support.fix("top", **place))
+        rubbing = BodyOnRoad(system, boundary, road, friction=mu, reach=0.2 * R)
+        loads.append(rubbing.problem.b)
+        prescribed = np.zeros_like(body.coordinates)
+        prescribed[top] = list(place.values())
+        values.append(prescribed[system.fixed])
+    return rubbing, loads, np.flatnonzero(system.fixed), values
+
+
+for dim, k in ((2, 1), (3, 0)) if scene.quick else ((2, 3), (2, 4), (3, 1)):
+    rubbing, loads, fixed, values = lowered_and_moved(dim, k)
+    A, dofs, runs = rubbing.problem.A, loads[0].size, []
+    for _ in range(2):
+        began = perf_counter()
+        solver = ContactSolver(rubbing.problem, "auto", progress=False)
+        last = list(follow(solver, loads, tolerance=1e-8))[-1].displacement
+        runs.append(perf_counter() - began)
+    scene.result(f"seconds[this code, friction, dofs={dofs}]", min(runs), "s")
+    x = list(follow(ContactSolver(rubbing.problem, "direct"), loads, tolerance=1e-11))[
+        -1
+    ].displacement.ravel()
+    e = last.ravel() - x
+    scene.result(
+        f"algebraic_error[this code, friction, dofs={dofs}]", np.sqrt((e @ (A @ e)) / (x @ (A @ x))), "1"
+    )
+    boundary = "arc" if dim == 2 else "sphere"
+    pressed = Pressed(rubbing.elasticity, np.zeros_like(last), boundary, fixed, friction=mu)
+    guess = np.zeros_like(last)
+    guess[:, -1] = -0.05
+    methods = {f"penalty={c:.0e} E/R": (penalty, c) for c in (1e2, 1e3, 1e4)}
+    methods |= {f"Nitsche={c:.0e} E/R": (nitsche, c) for c in (1e2, 1e3, 1e4)}
+    for method, (run, c) in methods.items():
+        key = f"{method}, friction, dofs={dofs}"
+        try:
+            run(pressed, c * E / R, guess, values[:1])  # compiles
+            answer = run(pressed, c * E / R, guess, values)
+        except RuntimeError as error:
+            print(f"{key}: {error}")
+            scene.result(f"did_not_converge[{key}]", 1, "1", 0)
+            continue
+        e = answer.displacement.ravel() - x
+        scene.result(f"seconds[{key}]", answer.seconds, "s")
+        scene.result(f"linear_solves[{key}]", answer.steps, "1")
+        scene.result(f"algebraic_error[{key}]", np.sqrt((e @ (A @ e)) / (x @ (A @ x))), "1")
+        scene.result(f"speedup[{key}]", answer.seconds / min(runs), "1")
 
 # %% [markdown]
 # ## In time: a ball strikes the road

@@ -1,11 +1,12 @@
-"""Weak forms of frictionless contact, as users of FEniCSx write them: penalty, Nitsche, latent variable.
+"""Weak forms of contact, as users of FEniCSx write them: penalty, Nitsche, latent variable.
 
 All on the road of height 0, its normal the last axis. Contact holds in a weak sense, so each leaves some
-penetration. Newton's steps are solved by MUMPS, as symmetric systems where they are.
+penetration, and the penalty form some slip where nodes stick. Newton's steps are solved by MUMPS, as symmetric
+systems where they are.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from time import perf_counter
 from typing import Any
 
@@ -20,6 +21,7 @@ import ufl  # isort: skip
 from dolfinx import fem  # isort: skip
 
 STEPS = 100  # of Newton's method at most
+HALVINGS = 8  # of a step that does not lower the residual
 ROUNDS = 25  # of the proximal point method at most
 
 
@@ -40,6 +42,8 @@ class Pressed:
         What they are prescribed to be.
     degree : int
         Of the quadrature on the boundary.
+    friction : float
+        Coefficient.
     """
 
     elasticity: Any
@@ -48,6 +52,7 @@ class Pressed:
     fixed: np.ndarray
     values: Any = 0.0
     degree: int = 4
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         """Assemble what does not change."""
@@ -57,6 +62,8 @@ class Pressed:
         self.axis = body.dim - 1
         self.u, self.v, self.w = fem.Function(V), ufl.TestFunction(V), ufl.TrialFunction(V)
         self.gap = ufl.SpatialCoordinate(body.mesh)[self.axis] + self.u[self.axis]
+        self.before = fem.Function(V)  # where the boundary was at the end of the last load step
+        self.slip = [(self.u - self.before)[a] for a in range(self.axis)]
         metadata = {"quadrature_degree": self.degree}
         ds = ufl.Measure("ds", body.mesh, subdomain_data=body.facet_tags, metadata=metadata)
         self.ds = ds(body.names[self.boundary])
@@ -70,7 +77,7 @@ class Pressed:
         """Load less elastic forces, at all unknowns."""
         return self.load.ravel() - self.K @ self.u.x.array
 
-    @cached_property
+    @property
     def scale(self) -> float:
         """A force to measure by: of the load and the supports."""
         pulled = np.zeros(self.K.shape[0])
@@ -82,11 +89,14 @@ class Pressed:
         return Answer(self.u.x.array.reshape(self.load.shape).copy(), perf_counter() - began, steps)
 
 
-def penalty(pressed: Pressed, stiffness: float, start: np.ndarray) -> Answer:
+def penalty(
+    pressed: Pressed, stiffness: float, start: np.ndarray, path: Sequence[np.ndarray] | None = None
+) -> Answer:
     """Solve a penalty form by Newton's method.
 
-    Find u with a(u, v) - integral of stiffness <-g(u)>_+ v_n ds = load(v) (Kikuchi and Oden, Contact Problems
-    in Elasticity, 1988, chapter 6).
+    Find u with a(u, v) - integral of (p v_n + tau . v_t) ds = load(v), p = stiffness <-g(u)>_+ and tau the
+    projection of -stiffness slip(u) onto |tau| <= mu p (Kikuchi and Oden, Contact Problems in Elasticity,
+    1988, chapters 6 and 10).
 
     Parameters
     ----------
@@ -95,6 +105,8 @@ def penalty(pressed: Pressed, stiffness: float, start: np.ndarray) -> Answer:
         Force per volume (MPa/mm).
     start : (N, dim)
         First guess.
+    path : sequence of (k,), optional
+        Prescribed values, load step by load step; default those of `pressed`, one step.
 
     Raises
     ------
@@ -102,14 +114,20 @@ def penalty(pressed: Pressed, stiffness: float, start: np.ndarray) -> Answer:
         If Newton's method does not converge.
     """
     kappa = fem.Constant(pressed.elasticity.body.mesh, float(stiffness))
-    return _newton(pressed, kappa * _positive(-pressed.gap), start, "the penalty form", symmetric=True)
+    pressure = kappa * _positive(-pressed.gap)
+    traction = _traction(pressed, pressure, [-kappa * s for s in pressed.slip])
+    return _newton(pressed, traction, start, "the penalty form", not pressed.friction, path)
 
 
-def nitsche(pressed: Pressed, gamma: float, start: np.ndarray) -> Answer:
+def nitsche(
+    pressed: Pressed, gamma: float, start: np.ndarray, path: Sequence[np.ndarray] | None = None
+) -> Answer:
     """Solve Nitsche's form, in its variant without symmetry, by semismooth Newton steps.
 
-    Find u with a(u, v) - integral of <-sigma_n(u) - gamma g(u)>_+ v_n ds = load(v): the augmented Lagrangian
-    with its multiplier eliminated. Consistent, whatever gamma (Chouly, Hild and Renard, Math. Comput. 84 (2015)).
+    Find u with a(u, v) - integral of (p v_n + tau . v_t) ds = load(v), p = <-sigma_n(u) - gamma g(u)>_+ and tau
+    the projection of -sigma_t(u) - gamma slip(u) onto |tau| <= mu p: the augmented Lagrangian with its
+    multipliers eliminated. Consistent, whatever gamma (Chouly, Hild and Renard, Math. Comput. 84 (2015); with
+    friction Chouly, Hild, Lleras and Renard, SMAI J. Comput. Math. 8 (2022)).
 
     Parameters
     ----------
@@ -118,6 +136,8 @@ def nitsche(pressed: Pressed, gamma: float, start: np.ndarray) -> Answer:
         Young's modulus over the size of a cell, times a number of the order of 1 to 100.
     start : (N, dim)
         First guess.
+    path : sequence of (k,), optional
+        Prescribed values, load step by load step; default those of `pressed`, one step.
 
     Raises
     ------
@@ -129,9 +149,11 @@ def nitsche(pressed: Pressed, gamma: float, start: np.ndarray) -> Answer:
     mu = material.E / (2.0 * (1.0 + material.nu))
     lame = 2.0 * mu * material.nu / (1.0 - 2.0 * material.nu)
     strain = ufl.sym(ufl.grad(pressed.u))
-    sigma_n = fem.Constant(mesh, 2.0 * mu) * strain[axis, axis] + fem.Constant(mesh, lame) * ufl.tr(strain)
-    pressure = _positive(-sigma_n - fem.Constant(mesh, float(gamma)) * pressed.gap)
-    return _newton(pressed, pressure, start, "Nitsche's form", symmetric=False)
+    twice_mu, gamma = fem.Constant(mesh, 2.0 * mu), fem.Constant(mesh, float(gamma))
+    sigma_n = twice_mu * strain[axis, axis] + fem.Constant(mesh, lame) * ufl.tr(strain)
+    pressure = _positive(-sigma_n - gamma * pressed.gap)
+    rub = [-twice_mu * strain[a, axis] - gamma * s for a, s in enumerate(pressed.slip)]
+    return _newton(pressed, _traction(pressed, pressure, rub), start, "Nitsche's form", False, path)
 
 
 def latent_variable(
@@ -214,20 +236,56 @@ def _positive(q: Any) -> Any:
     return ufl.conditional(ufl.gt(q, 0.0), q, 0.0)
 
 
-def _newton(pressed: Pressed, pressure: Any, start: np.ndarray, name: str, symmetric: bool) -> Answer:
-    """Solve a(u, v) - integral of pressure(u) v_n ds = load(v) by Newton's method."""
+def _traction(pressed: Pressed, pressure: Any, rub: list[Any]) -> Any:
+    """Pressure along the normal, and across it `rub`, cut to the friction disc |tau| <= mu p."""
+    if not pressed.friction:
+        return ufl.as_vector([0.0] * len(rub) + [pressure])
+    most = fem.Constant(pressed.elasticity.body.mesh, pressed.friction) * pressure
+    square = sum(q * q for q in rub)
+    held = [ufl.conditional(ufl.gt(square, most * most), most * q / ufl.sqrt(square), q) for q in rub]
+    return ufl.as_vector([*held, pressure])
+
+
+def _newton(
+    pressed: Pressed,
+    traction: Any,
+    start: np.ndarray,
+    name: str,
+    symmetric: bool,
+    path: Sequence[np.ndarray] | None,
+) -> Answer:
+    """Solve a(u, v) - integral of traction(u) . v ds = load(v), for one step of a path after the other."""
     began = perf_counter()
-    force = pressure * pressed.v[pressed.axis] * pressed.ds
+    force = ufl.inner(traction, pressed.v) * pressed.ds
     residual, tangent = fem.form(force), fem.form(ufl.derivative(force, pressed.u, pressed.w))
-    pressed.begin(start)
-    free, u = pressed.free, pressed.u.x.array
-    for step in range(STEPS + 1):
-        r = (pressed.missing() + fem.assemble_vector(residual).array)[free]
-        if np.linalg.norm(r) < 1e-9 * pressed.scale:
-            return pressed.answer(began, step)
-        J = (pressed.K - _assembled(tangent))[free][:, free]
-        u[free] += _solved(J, r, symmetric)
-    raise RuntimeError(f"Newton's method on {name} did not converge in {STEPS} steps.")
+    free, u, solves = pressed.free, pressed.u.x.array, 0
+    pressed.before.x.array[:] = 0.0
+    for number, values in enumerate([pressed.values] if path is None else path, 1):
+        pressed.values = values
+        pressed.begin(start if number == 1 else u.copy())
+        small = 1e-9 * pressed.scale
+
+        def missing() -> np.ndarray:
+            return (pressed.missing() + fem.assemble_vector(residual).array)[free]
+
+        r = missing()
+        for step in range(STEPS + 1):
+            size = np.linalg.norm(r)
+            if size < small:
+                break
+            if step == STEPS or not np.isfinite(size):
+                raise RuntimeError(f"Newton's method on {name} did not converge in load step {number}.")
+            J = (pressed.K - _assembled(tangent))[free][:, free]
+            x, base, part = _solved(J, r, symmetric), u[free], 1.0
+            for _ in range(HALVINGS):  # as PETSc's line search does
+                u[free] = base + part * x
+                r = missing()
+                if np.linalg.norm(r) < (1.0 - 1e-4 * part) * size:
+                    break
+                part *= 0.5
+            solves += 1
+        pressed.before.x.array[:] = u
+    return pressed.answer(began, solves)
 
 
 def _assembled(form: Any) -> sparse.csr_array:
