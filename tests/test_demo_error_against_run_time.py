@@ -13,6 +13,9 @@ def test_quick_report(quick):
     assert abs(results["p0[mesh-converged]"] / 8559 - 1) < 0.005
     assert results["cost_ratio_to_linear_solve"] < 3.0
     assert results["triad_bandwidth"] > 0.0
+    assert (
+        len([key for key in results if key.startswith("bandwidth[")]) == 18
+    )  # nine kernels, plane and space
     assert {"numpy", "PETSc"} <= set(summary["machine"]["blas"]) or "system" in summary["machine"]["blas"]
     dofs = summary["cost"]["dofs"]
     for name in ("vinewtonrsls + MUMPS", "GPCG + MUMPS", "BNLS + MUMPS"):
