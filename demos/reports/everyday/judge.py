@@ -14,7 +14,7 @@ from typing import Any
 
 import clarabel
 import numpy as np
-from scipy.sparse import block_array, csc_array, csr_array, triu
+from scipy.sparse import block_array, csc_array, csr_array, triu, vstack
 
 LONG = np.longdouble
 EPS = float(np.finfo(float).eps)
@@ -311,6 +311,15 @@ def never_rests(posed: Posed) -> bool:
     return False
 
 
+def prescribed_below(posed: Posed, road: Any, points: np.ndarray) -> bool:
+    """Tell whether a node is prescribed a place below the road."""
+    held = posed.prescribed.reshape(posed.b.shape)
+    places = np.where(held, posed.b / posed.A.diagonal().reshape(posed.b.shape), 0.0)[posed.nodes]
+    wholly = held[posed.nodes].all(axis=1)
+    size = float(np.ptp(posed.coordinates, axis=0).max())
+    return bool((road.closest(points + places)[0][wholly] < -1e-12 * size).any())
+
+
 def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
     """Tell whether the load carries a body, let go, far off along a road that is not flat.
 
@@ -348,6 +357,44 @@ def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
             return False
         q = q + unit * x
         net = float(np.abs(at @ q).max())
+        if net > FAR * (size + first):
+            return True
+    return False
+
+
+def gives_way(posed: Posed, road: Any, points: np.ndarray) -> bool:
+    """Tell whether an elastic body without friction, let go on a road that is not flat, ends far off.
+
+    Likewise, but what falls is the energy of the elastic body, so that one which the road would hold if it were
+    rigid may yield and slide off. In each step no unknown moves farther than a part of the size.
+    """
+    strength, keep = float(np.linalg.norm(posed.b)), np.flatnonzero(~posed.prescribed)
+    if posed.mu or strength == 0.0:
+        return False
+    A, u = csr_array(posed.A), np.zeros(posed.b.size)
+    size = float(np.ptp(posed.coordinates, axis=0).max())
+    first, d = float(np.abs(road.closest(points)[0]).max()), posed.b.shape[1]
+    columns, number = posed.nodes[:, None] * d + np.arange(d), np.arange(posed.nodes.size)
+    fixed = posed.prescribed
+    u[fixed] = posed.b.ravel()[fixed] / A.diagonal()[fixed]
+    box = csr_array(np.concatenate([np.eye(keep.size), -np.eye(keep.size)]))
+    for _ in range(ROAD_STEPS):
+        net = float(np.abs(u).max())
+        step = 0.05 * (size + net)
+        gap, normal, _ = road.closest(points + u.reshape(posed.b.shape)[posed.nodes])
+        near = gap <= 4 * step
+        across = csr_array(
+            (normal[near].ravel(), (np.repeat(number[: near.sum()], d), columns[near].ravel())),
+            shape=(int(near.sum()), u.size),
+        )[:, keep]
+        missing = (posed.b.ravel() - A @ u)[keep] / strength
+        right = np.concatenate([np.maximum(gap[near] / step, -1.0), np.ones(2 * keep.size)])
+        rows = vstack([-across, box], format="csr")
+        P = csc_array(A[keep][:, keep]) * (step / strength)
+        _, x, found = _minimum(P, -missing, rows, right, [clarabel.NonnegativeConeT(right.size)])
+        if not found or np.abs(x).max() < NOT_MOVED:
+            return False
+        u[keep] += step * x
         if net > FAR * (size + first):
             return True
     return False

@@ -4,25 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from geometry import ExtrudedRoad, LinearRoad, Plane, Road, RoundRoad, ShiftedRoad, SmoothRoad
+from geometry import ExtrudedRoad, LinearRoad, Plane, Road, RoundRoad, SeveralRoads, ShiftedRoad, SmoothRoad
 
 
-class TwoWalls:
+def two_walls(width: float, lean: float) -> Road:
     """Two plane walls, each leaning by an angle from the vertical, the bodies between them."""
-
-    def __init__(self, width: float, lean: float):
-        c, s = np.cos(lean), np.sin(lean)
-        self.walls = (Plane((-width / 2, 0.0), (c, s)), Plane((width / 2, 0.0), (-c, s)))
-
-    def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return gap (n,), normal (n, 2) and closest point (n, 2) for points (n, 2)."""
-        (gap, normal, foot), (other_gap, other_normal, other_foot) = (w.closest(points) for w in self.walls)
-        nearer = other_gap < gap
-        return (
-            np.where(nearer, other_gap, gap),
-            np.where(nearer[:, None], other_normal, normal),
-            np.where(nearer[:, None], other_foot, foot),
-        )
+    c, s = np.cos(lean), np.sin(lean)
+    return SeveralRoads([Plane((-width / 2, 0.0), (c, s)), Plane((width / 2, 0.0), (-c, s))])
 
 
 def plane(random: np.random.Generator, dim: int, size: float) -> Road:
@@ -69,7 +57,7 @@ def hole(random: np.random.Generator, size: float) -> Road:
 
 def walls(random: np.random.Generator, size: float) -> Road:
     """Two walls, upright or leaning."""
-    return TwoWalls(
+    return two_walls(
         size * random.uniform(1.1, 1.6), 0.0 if random.random() < 0.3 else random.uniform(0.05, 0.8)
     )
 

@@ -12,7 +12,18 @@ from model import ContactSolver, MovingBody, NotConverged, follow, solve
 from model.dynamics.schemes import IMPLICIT
 from model.quasistatics.curved_contact import CurvedContact
 
-from .judge import DRIVEN, EPS, Answer, Posed, complaints, driven_power, leaves, never_rests
+from .judge import (
+    DRIVEN,
+    EPS,
+    Answer,
+    Posed,
+    complaints,
+    driven_power,
+    gives_way,
+    leaves,
+    never_rests,
+    prescribed_below,
+)
 from .scenes import SMALL_ENOUGH, Scene, elastic
 
 OUTCOMES = ("solved", "wrong", "refused, confirmed", "refused wrongly", "not converged")
@@ -93,6 +104,7 @@ def tried(scene: Scene) -> dict[str, Any]:
             outcome.outcome = "refused, confirmed"
     except ValueError as error:
         confirmed = _power(scene) > EDGE * DRIVEN or (scene.curved and _never_rests(scene))
+        confirmed = confirmed or prescribed_below(_posed(scene), scene.road, scene.pressed.points)
         outcome.outcome = "refused, confirmed" if confirmed else "refused wrongly"
         outcome.said = str(error)
     except Exception as error:  # whatever it is, the scene has no answer
@@ -120,7 +132,10 @@ def _power(scene: Scene) -> float:
 def _never_rests(scene: Scene) -> bool:
     """Whether the load carries the body off without end, or at least far along a curved road."""
     posed = _posed(scene)
-    return leaves(posed, scene.road, scene.pressed.points) if scene.curved else never_rests(posed)
+    road, points = scene.road, scene.pressed.points
+    return (
+        leaves(posed, road, points) or gives_way(posed, road, points) if scene.curved else never_rests(posed)
+    )
 
 
 def _posed(scene: Scene, b: np.ndarray | None = None, reference: np.ndarray | None = None) -> Posed:
