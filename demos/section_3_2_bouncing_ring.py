@@ -85,7 +85,7 @@ scene.result("largest_von_mises_stress[mu=0.1]", peak / 1000.0, "of E", None, "s
 scene.result("steps_per_wave_period", newmark[0].resolution.fewest, "1", 10, "what it takes", "at least")
 
 # %% [markdown]
-# With finite strain the ring does not swell, and friction makes it bounce but 10 ms earlier: `rolling_ring.py` says why.
+# With finite strain the ring does not swell, and friction makes it bounce but 10 ms earlier: `rolling.py` says why.
 
 # %%
 for mu in MUS[scene.quick :]:

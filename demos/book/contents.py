@@ -16,7 +16,7 @@ COURSE = {
     "Solvers": ["why_relaxation_crawls", "multigrid_by_hand"],
     "Impact and its energy": ["rod_impact", "section_3_2_bouncing_ring"],
     "Roughness": ["tread_block", "ring_on_rough_road"],
-    "Finite rotation": ["rolling_ring"],
+    "Finite rotation": ["rolling"],
 }
 BEYOND = "Further lessons"  # lessons that the course does not name yet
 PARTS = {

@@ -1,6 +1,8 @@
 """Rings that turn: how far, how wide, their weight on the road, and the velocities of steady rolling."""
 
+from collections.abc import Callable
 from pathlib import Path
+from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -149,6 +151,132 @@ def inertia(scheme: Any, radius: float = 0.5) -> tuple[float, float]:
 def speed_of(scheme: Any, state: Any, mass: float) -> float:
     """Speed of the centre of mass along the road (m/s)."""
     return float((scheme.M @ state.velocity.ravel())[0::2].sum() / mass)
+
+
+def spin_of(scheme: Any, state: Any) -> float:
+    """Angular momentum about the centre of mass."""
+    x = scheme.body.coordinates + state.displacement
+    p = (scheme.M @ state.velocity.ravel()).reshape(x.shape)
+    mass = (scheme.M @ np.tile([1.0, 0.0], len(x))).reshape(x.shape)[:, 0]
+    arm = x - mass @ x / mass.sum()
+    return float(arm[:, 0] @ p[:, 1] - arm[:, 1] @ p[:, 0])
+
+
+class Runs:
+    """Runs of rings without driving, and what they are judged by together.
+
+    Attributes
+    ----------
+    gains : list of float
+        Largest gain of energy in a step of each run, of its largest kinetic energy.
+    spins : list of float
+        Changes of the angular momentum in a step in flight, over itself, but at least a hundredth of m R v.
+    iterations : list of int
+        Of Newton's method, each step.
+    """
+
+    def __init__(self, scene: Scene):
+        self.scene, self.gains, self.spins, self.iterations = scene, [], [], []
+
+    def __call__(self, scheme: Any, state: Any, steps: int, look: Callable | None = None) -> History:
+        """Take so many steps, call look(before, state, positions at rest) after each; return the history."""
+        history, X, (mass, _) = History(scheme, state), scheme.body.coordinates, inertia(scheme)
+        for _ in self.scene.progress(range(steps)):
+            before, state = state, scheme.step(state)
+            history.record(before, state)
+            self.iterations.append(scheme.iterations)
+            if look is not None:
+                look(before, state, X)
+            if not before.count and not state.count:
+                was = spin_of(scheme, before)
+                least = 0.01 * mass * 0.5 * abs(speed_of(scheme, before, mass))
+                self.spins.append((spin_of(scheme, state) - was) / max(abs(was), least))
+        self.add(history)
+        return history
+
+    def add(self, history: History) -> None:
+        """Count the energy of another run in."""
+        self.gains.append(history["gain"].max() / history["kinetic"].max())
+
+    def note(self) -> None:
+        """Write down what the runs have in common."""
+        self.scene.result("newton_iterations_median", np.median(self.iterations), "a step, all runs")
+        of = "of the kinetic energy, worst step of all runs"
+        self.scene.result("max_energy_gain", max(self.gains), of, 1e-10, "wanted at most")
+        of = "of the angular momentum, a step in flight"
+        self.scene.result("spin_error", np.abs(self.spins).max(), of, 1e-11, "wanted at most")
+
+
+class Descent(NamedTuple):
+    """A ring let go on an incline.
+
+    Attributes
+    ----------
+    acceleration, slip : float
+        Rates of the speed of the centre, and of that by which the lowest point slips (m/s^2).
+    closed : float
+        The former, of a rigid ring of its inertia that rolls, or slides where it cannot.
+    sliding : float
+        Least coefficient of friction with which that ring rolls.
+    how : str
+        The closed form.
+    """
+
+    acceleration: float
+    slip: float
+    closed: float
+    sliding: float
+    how: str
+
+
+def let_go(runs: Runs, mu: float, around: int, dt: float, degrees: float = 10.0, end: float = 0.4) -> Descent:
+    """Let a ring of E = 1e5 go from its sag on an incline; rates from 0.1 s to the end."""
+    slope = np.radians(degrees)
+    pull = GRAVITY * np.sin(slope), -GRAVITY * np.cos(slope)
+    scheme = EnergyMomentum(wheel(1e5, mu, (around, 6), weight=pull), dt)
+    mass, k = inertia(scheme)
+    seen: list[tuple[float, float, float]] = []
+
+    def look(before: Any, state: Any, X: np.ndarray) -> None:
+        speed = speed_of(scheme, state, mass)
+        seen.append((state.time, speed, speed + spin_of(scheme, state) / (k * mass * 0.5)))
+
+    runs(scheme, scheme.start(sagged(scheme.body, -pull[1])), round(end / dt), look)
+    times, speeds, slips = np.array(seen)[np.array(seen)[:, 0] > 0.1].T
+    least = float(np.tan(slope) / (1 + 1 / k))
+    closed, how = pull[0] / (1 + k), "g sin / (1 + I / (m R^2))"
+    if mu <= least:
+        closed, how = pull[0] + mu * pull[1], "g (sin - mu cos)"
+    rates = (float(np.polyfit(times, each, 1)[0]) for each in (speeds, slips))
+    return Descent(*rates, closed, least, how)
+
+
+def note_threshold(scene: Scene, first: Descent, second: Descent, mus: tuple[float, float]) -> None:
+    """Note at which coefficient the line through the slips at two others is 0."""
+    found = mus[1] + (mus[1] - mus[0]) * second.slip / (first.slip - second.slip)
+    scene.result("incline_threshold", found, "mu", first.sliding, "tan(theta) / (1 + m R^2 / I)")
+
+
+def step_seconds(scheme: Any, steps: int = 60) -> float:
+    """Median of the processor's seconds of a step in contact, of a ring that lands at 45 degrees."""
+    state = scheme.start(velocity=np.tile([1.0, -1.0], (len(scheme.body.coordinates), 1)))
+    spent = []
+    for _ in range(steps):
+        began = process_time()
+        state = scheme.step(state)
+        if state.count:
+            spent.append(process_time() - began)
+    return float(np.median(spent[2:]))
+
+
+def note_cost(scene: Scene, mesh: tuple[int, int] = (96, 6), key: str = "cost_ratio_to_linear_step") -> None:
+    """Note what a step costs over one of linear strain with the same mesh and dt."""
+    moving = wheel(1000.0, 0.1, mesh)
+    linear = Elasticity(moving.elastic.body, Isotropic(1000.0, 0.3))
+    weight = linear.body_force((0.0, -GRAVITY))
+    beside = MovingBody.from_forms(linear, 1.0, weight, Plane(), "outer", friction=0.1)
+    ratio = step_seconds(EnergyMomentum(moving, 0.0025)) / step_seconds(MassRedistribution(beside, 0.0025))
+    scene.result(key, ratio, "1, in contact", 10.0, "wanted at most")
 
 
 def note_rolling(scene: Scene, scheme: Any, mu: float, v0: float, end: float) -> dict[str, Any]:

@@ -13,7 +13,7 @@ ROWS = [
     ("rod: pressure off by, mass redistribution", "rod_impact", "pressure_off_by[mass redistribution]"),
     ("ring: energy gained, mass redistribution", RING, "max_energy_gain_relative[mu=0,mass redistribution]"),
     ("ring: steps a period of the waves at impact", RING, "steps_per_wave_period"),
-    ("finite strain: from sliding to rolling", "rolling_ring", "sliding_to_rolling_time"),
+    ("finite strain: from sliding to rolling", "rolling", "sliding_to_rolling_time"),
     ("finite strain: Carter's creepage", "finite_strain", "creepage"),
     ("tread block: largest strain, for a linear model", "tread_block", "largest_strain[2-D]"),
     ("everyday scenes, drawn at random: wrong", "everyday_scenes", "wrong"),

@@ -42,6 +42,7 @@ HALVINGS = 4  # of the step
 # Times the tolerance: what may be missing where the massless nodes come to rest. Their energy is least there,
 # so that it counts by its square in the ledger; forces are then good to 1e-8.
 SETTLED = 100.0
+IN_FLIGHT = 0.01  # of the tolerance that may be missing: there it shows in energy and spin, which are kept
 SLOW = 0.5  # fall of what is missing in an iteration that asks for an exact tangent
 DAMPING = (1.0, 0.5, 0.25, 0.125, 0.0625)  # parts of a Newton step that are tried
 
@@ -109,8 +110,9 @@ class FiniteMidpoint(Midpoint):
             sizes.append(self._left(missing, touch))
             floor = 1e-15 * float(np.abs(body.coordinates + u1).max()) * self._diagonal
             image, forces = u1 + touch.increment, scale + length(touch.force)
-            good = max(self.part_missing * self.tolerance * forces, floor)
-            if sizes[-1] <= good:
+            part = self.part_missing if before.count or touch.count else IN_FLIGHT
+            good = part * self.tolerance * forces
+            if sizes[-1] <= max(good, floor):
                 return self._checked(before, image, touch, sizes[-1] / (forces or 1.0))
             if not np.isfinite(sizes[-1]) or sizes[-1] > 1e6 * min(sizes):
                 break

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-DEMO = "rolling_ring"
+DEMO = "rolling"
 
 
 def test_quick_lesson(quick):
@@ -20,6 +20,13 @@ def test_quick_lesson(quick):
         assert results[f"momentum_error[{at}]"] < 1e-9
     assert results["rolling_speed"] == pytest.approx(1.266, rel=0.01)
     assert results["sliding_to_rolling_time"] == pytest.approx(0.748, rel=0.01)
+    assert results["incline_acceleration"] == pytest.approx(1.0772, rel=0.01)
+    assert results["incline_threshold"] == pytest.approx(0.0648, rel=0.03)
+    assert results["final_speed[paper ring]"] == pytest.approx(6.329, rel=0.08)
+    assert results["creepage"] == pytest.approx(1.697e-3, rel=0.15)
+    assert results["max_energy_gain"] < 1e-10 and results["spin_error"] < 1e-11
+    assert results["newton_iterations_median"] <= 8 and results["cost_ratio_to_linear_step"] > 1.0
+    assert abs(results["rolling_energy_loss"]) < 1e-10
     assert results["rolling_energy_loss[energy-momentum]"] > 1e-3
     assert abs(results["rolling_energy_loss[energy-momentum, lossless contact]"]) < 1e-10
     for name in ("outlines", "swelling", "sliding_to_rolling"):
