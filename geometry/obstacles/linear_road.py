@@ -76,13 +76,17 @@ class LinearRoad:
 
 
 class Bins(NamedTuple):
-    """Facets by the squares of a grid over (x, y): those of square k are facets[start[k]:start[k + 1]]."""
+    """Facets by the squares of a grid over (x, y): those of square k are facets[start[k]:start[k + 1]].
+
+    `heights` (2,) are the lowest and the highest of the samples.
+    """
 
     low: np.ndarray
     size: np.ndarray
     squares: np.ndarray
     start: np.ndarray
     facets: np.ndarray
+    heights: np.ndarray
 
 
 class Surface(NamedTuple):
@@ -171,7 +175,8 @@ def _sort_into_bins(points: np.ndarray, facets: np.ndarray) -> Bins:
     i, j = first[owner, 0] + place // spans[owner, 1], first[owner, 1] + place % spans[owner, 1]
     square = i * count[1] + j
     start = np.concatenate([[0], np.cumsum(np.bincount(square, minlength=count.prod()))])
-    return Bins(low, size, count, start, owner[np.argsort(square, kind="stable")])
+    heights = np.array([points[:, 2].min(), points[:, 2].max()])
+    return Bins(low, size, count, start, owner[np.argsort(square, kind="stable")], heights)
 
 
 @njit(cache=True, error_model="numpy")
@@ -196,7 +201,10 @@ def nearest_on_chain(surface, points, gap, normal, foot):
 
 @njit(cache=True, error_model="numpy")
 def nearest_on_triangles(surface, points, gap, normal, foot):
-    """Fill gap (n,), normal and foot (n, 3), ring by ring of squares, as far as something may be nearer."""
+    """Fill gap (n,), normal and foot (n, 3), ring by ring of squares, as far as something may be nearer.
+
+    A point far above has the road nearly below it: what is aside is farther by the height as well.
+    """
     bins = surface.bins
     trial, mean, best = np.empty(3), np.empty(3), np.empty(2)
     visited = np.full(surface.facets.shape[0], -1)
@@ -206,9 +214,10 @@ def nearest_on_triangles(surface, points, gap, normal, foot):
         i0 = min(max(int((p[0] - bins.low[0]) / bins.size[0]), 0), bins.squares[0] - 1)
         j0 = min(max(int((p[1] - bins.low[1]) / bins.size[1]), 0), bins.squares[1] - 1)
         ring = 0
+        off = max(p[2] - bins.heights[1], bins.heights[0] - p[2], 0.0)
         while (
             ring <= max(bins.squares[0], bins.squares[1])
-            and (ring - 1) * min(bins.size[0], bins.size[1]) <= best[0]
+            and np.hypot(max(ring - 1, 0) * min(bins.size[0], bins.size[1]), off) <= best[0]
         ):
             for i in range(max(i0 - ring, 0), min(i0 + ring, bins.squares[0] - 1) + 1):
                 on_side = abs(i - i0) == ring

@@ -285,6 +285,10 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
     finite_strain = True
     bends = False  # whether the road may
 
+    def __new__(cls, *arguments: Any, **options: Any) -> "EnergyMomentum":
+        """Keep the class on any road: Newton's iterations follow one that bends by themselves."""
+        return object.__new__(cls)
+
     def __init__(self, body: FiniteBody, dt: float, halvings: int = HALVINGS, **options: Any):
         if not isinstance(body, FiniteBody):
             raise ValueError(
