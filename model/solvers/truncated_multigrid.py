@@ -465,8 +465,10 @@ class Multigrid:
             left -= r
             turn_direction(power / before, direction, z)
             turn_direction(power / before, product, left)
-            before = power
-            if step_along(-power / dot(direction, product), direction, product, x, r) <= wanted:
+            before, stiffness = power, dot(direction, product)
+            if stiffness <= 0.0:  # along a rigid motion, which nothing resists
+                break
+            if step_along(-power / stiffness, direction, product, x, r) <= wanted:
                 break
         return cycles
 
