@@ -230,8 +230,7 @@ class Condensation:
             force, pins, moved = self.small.solve(whole, active, loop.slip_rate, tolerance, slight)
             if self._springs is not None:
                 force -= np.einsum("cab,ceb,ce->ca", self._springs[active], loop.frame[active], moved)
-            bent = self._spread(active, force)
-            there = free[loop.nodes] + bent[self._row]
+            there = free[loop.nodes] + self._spread(active, force, self._row)
             if pins.size:
                 move = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
                 there += move[loop.nodes]
@@ -246,7 +245,7 @@ class Condensation:
         elif not force.size:
             u += free
         elif self._whole:
-            u += free + bent
+            u += free + self._spread(active, force, np.arange(len(u)))
         else:
             r[loop.nodes[active]] += force
             u += self.back_substitute(r)
@@ -289,12 +288,15 @@ class Condensation:
         self._active = active
         return active
 
-    def _spread(self, active: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Displacements, of all nodes or of the candidates alone, by forces (k, d) on active candidates."""
+    def _spread(self, active: np.ndarray, force: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Displacements (r, d), in the rows (r,) of the columns, by forces (k, d) on active candidates."""
         d, known = self.loop.shape[1], sum(batch.size for batch in self.batches)
         everybody = np.zeros((known, d))
         everybody[self._place[active]] = force
-        return (self._columns[:, : known * d] @ everybody.ravel()).reshape(-1, d)
+        columns = self._columns[:, : known * d]
+        if rows.size * d < len(columns):
+            columns = columns[(rows[:, None] * d + np.arange(d)).ravel()]
+        return (columns @ everybody.ravel()).reshape(-1, d)
 
     def _take_springs(self) -> None:
         """Follow the loop's springs."""
