@@ -465,10 +465,10 @@ class Multigrid:
             left -= r
             turn_direction(power / before, direction, z)
             turn_direction(power / before, product, left)
-            before, stiffness = power, dot(direction, product)
+            before, stiffness = power, -dot(direction, product)  # `product` is -A direction
             if stiffness <= 0.0:  # along a rigid motion, which nothing resists
                 break
-            if step_along(-power / stiffness, direction, product, x, r) <= wanted:
+            if step_along(power / stiffness, direction, product, x, r) <= wanted:
                 break
         return cycles
 
