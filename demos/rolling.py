@@ -16,26 +16,24 @@
 import warnings
 
 import numpy as np
-from harness.driven_wheel import creepage
+from harness.driven_wheel import note_creepage
 from harness.pictures import ring_outlines, way_over_time
 from harness.scene import Scene
 from harness.wheels import (
     Runs,
-    inertia,
-    let_go,
     note_cost,
+    note_incline,
+    note_losses,
     note_rolling,
-    note_threshold,
+    note_thrown,
     note_turning,
     paper_ring,
-    rolls,
-    speed_of,
     turned,
     wheel,
 )
 
 from forms import Elasticity, Isotropic
-from model import BeyondLinear, EnergyMomentum, LosslessContact, UnresolvedWaves
+from model import BeyondLinear, EnergyMomentum, UnresolvedWaves
 
 scene = Scene("rolling", "A ring that really rolls: linear and finite strain side by side.")
 scene.built("M", "tangent").left_out("C", "gmsh", "pyvista")
@@ -81,66 +79,23 @@ lines = note_rolling(scene, scheme, mu=0.1, v0=2.0, end=0.85)
 scene.figure(way_over_time(lines, "speed of the centre (m/s)"), "sliding_to_rolling")
 
 # %% [markdown]
-# **Down an incline** of 10 degrees it rolls with $g \sin\theta / (1 + I / (m R^2))$, or slides, with $g (\sin\theta - \mu \cos\theta)$, where
-# $\mu < \tan\theta / (1 + m R^2 / I)$. Its lowest point then slips faster and faster, at a rate that is linear in $\mu$: the line through
-# two such rates is 0 at the threshold.
+# **Down an incline** of 10 degrees it rolls with $g \sin\theta / (1 + I / (m R^2))$, or slides, with $g (\sin\theta - \mu \cos\theta)$,
+# where $\mu < \tan\theta / (1 + m R^2 / I)$. **Thrown at 10 m/s without spin** it bounces, slides, and at last rolls; about the road's
+# line under the centre the road has no moment, so a stiff ring ends at $v_0 / (1 + I / (m R^2))$, whatever the friction. The
+# paper's is flattened where friction acts; this one is a thousand times stiffer. **Under torque** a wheel creeps: Carter's
+# $\xi = (\mu a / R) (1 - \sqrt{1 - Q / (\mu P)})$, for half planes, here at $Q = 0.75\, \mu P$.
 
 # %%
-around, dt = (96, 0.004) if scene.quick else (192, 0.002)
-down = {mu: let_go(run, mu, around, dt) for mu in (0.5, 0.05, 0.06)}
-for mu, ring in down.items():
-    key = "incline_acceleration" + f"[mu={mu:g}]" * (mu != 0.5)
-    scene.result(key, ring.acceleration, "m/s^2", ring.closed, ring.how)
-note_threshold(scene, down[0.05], down[0.06], (0.05, 0.06))
-
-# %% [markdown]
-# **Thrown at 10 m/s without spin**, from the height of half a metre, the paper's ring bounces, and slides, and at last rolls. About the
-# road's line under the centre the road has no moment, so that a stiff ring keeps $I \omega - m R v$, and ends at $v_0 / (1 + I / (m R^2))$
-# whatever the friction, and however it bounces. So the ring is a thousand times stiffer here than the paper's, which is flattened where
-# friction acts: that leaves it less of an arm, and with much friction more than that, see `reports/finite_strain.py`.
-
-# %%
-E, mu, dt, end = (1e4, 0.5, 0.005, 1.5) if scene.quick else (1e6, 0.1, 0.001, 4.0)
-scheme, speeds = EnergyMomentum(wheel(E, mu, height=0.5), dt), []
-mass, k = inertia(scheme)
-thrown = scheme.start(velocity=np.tile([10.0, 0.0], (len(scheme.body.coordinates), 1)))
-run(scheme, thrown, round(end / dt), lambda before, state, X: speeds.append(speed_of(scheme, state, mass)))
-ends, how = np.mean(speeds[-round(0.5 / dt) :]), "v0 / (1 + I / (m R^2)), of a rigid ring"
-scene.result(
-    "final_speed[paper ring]", ends, f"m/s at {end:g} s, E = {E:g}, mu = {mu:g}", 10.0 / (1.0 + k), how
-)
-
-# %% [markdown]
-# **Under torque** a wheel creeps: where it touches, it is stretched on the way in and lets go on the way out. Carter's closed form for half planes,
-# $\xi = (\mu a / R) (1 - \sqrt{1 - Q / (\mu P)})$, at $Q = 0.75\, \mu P$, the creep of free rolling taken off. The load is small, so linear strain will do, seen
-# from the hub. The error falls with the mesh: 2 % with half the cells' size, see `reports/finite_strain.py`.
-
-# %%
-driven = creepage(
-    100.0, 0.49, *((4, 1) if scene.quick else (8, 2)), finite=False, way=2.5 if scene.quick else 3.0
-)
-scene.result("creepage", driven.creepage, "1", driven.closed.creepage, "Carter")
+note_incline(scene, run)
+note_thrown(scene, run)
+note_creepage(scene)
 
 # %% [markdown]
 # **What rolling must not cost.** A node that touches down has been pushed all the way there, so the step (a) loses $p_1 g_0$ with each, and the
 # ring rolls with a resistance that is the algorithm's. `LosslessContact` gives it back, by a stress along $C_1 - C_0$.
 
 # %%
-for method in (EnergyMomentum, LosslessContact):
-    history = rolls(method(wheel(1000.0, 0.5), 0.01), 0.2 if scene.quick else 1.0)
-    run.add(history)
-    loss = (history["total"][0] - history["total"][-1]) / history["kinetic"][0]
-    scene.result(
-        f"rolling_energy_loss[{method.name}]", loss, "of the energy", 0.0, "frictionless contact does no work"
-    )
-dt, revolutions = (0.01, 0.2) if scene.quick else (0.0025, 3.0)
-history = rolls(LosslessContact(wheel(1000.0, 0.5), dt), revolutions)
-run.add(history)
-loss = (history["total"][0] - history["total"][-1]) / history["kinetic"][0]
-of = f"of the energy, {revolutions:g} revolutions, dt = {dt:g} s, friction apart"
-scene.result("rolling_energy_loss", loss, of, 0.001, "wanted at most")
-friction = (history["friction"][-1] - history["friction"][0]) / history["kinetic"][0]
-scene.result("rolling_friction", friction, "of the energy, in the same run")
+note_losses(scene, run)
 
 # %% [markdown]
 # **And what it costs to compute.** Each iteration of Newton's method is a contact problem.

@@ -171,3 +171,10 @@ def _growing(size: float, even: float, end: float) -> np.ndarray:
     powers = np.arange(1, count + 1)
     growth = brentq(lambda q: float(np.sum(q**powers)) - left, 1.0, 2.0 * GROWTH)
     return np.concatenate([first, first[-1] + size * np.cumsum(growth**powers)])
+
+
+def note_creepage(scene):
+    """Note the creep under torque; the load is small, so that linear strain will do, seen from the hub."""
+    mesh, way = ((4, 1), 2.5) if scene.quick else ((8, 2), 3.0)
+    driven = creepage(100.0, 0.49, *mesh, finite=False, way=way)
+    scene.result("creepage", driven.creepage, "1", driven.closed.creepage, "Carter")

@@ -329,3 +329,47 @@ def treadmill(moving: FiniteBody, u: np.ndarray) -> np.ndarray:
         spectrum = 1j * waves[:, None] * np.fft.fft((X + u)[layer], axis=0)
         change[layer] = np.fft.ifft(spectrum, axis=0).real
     return change
+
+
+def note_incline(scene, run):
+    """Note how rings roll and slide down 10 degrees, and the friction between: rates of slip are linear in it."""
+    around, dt = (96, 0.004) if scene.quick else (192, 0.002)
+    down = {mu: let_go(run, mu, around, dt) for mu in (0.5, 0.05, 0.06)}
+    for mu, ring in down.items():
+        key = "incline_acceleration" + f"[mu={mu:g}]" * (mu != 0.5)
+        scene.result(key, ring.acceleration, "m/s^2", ring.closed, ring.how)
+    note_threshold(scene, down[0.05], down[0.06], (0.05, 0.06))
+
+
+def note_thrown(scene, run):
+    """Note the speed (m/s) at which a ring thrown at 10 m/s without spin from half a metre ends."""
+    E, mu, dt, end = (1e4, 0.5, 0.005, 1.5) if scene.quick else (1e6, 0.1, 0.001, 4.0)
+    scheme, speeds = EnergyMomentum(wheel(E, mu, height=0.5), dt), []
+    mass, k = inertia(scheme)
+    thrown = scheme.start(velocity=np.tile([10.0, 0.0], (len(scheme.body.coordinates), 1)))
+    run(
+        scheme, thrown, round(end / dt), lambda before, state, X: speeds.append(speed_of(scheme, state, mass))
+    )
+    unit, how = f"m/s at {end:g} s, E = {E:g}, mu = {mu:g}", "v0 / (1 + I / (m R^2)), of a rigid ring"
+    scene.result("final_speed[paper ring]", np.mean(speeds[-round(0.5 / dt) :]), unit, 10.0 / (1.0 + k), how)
+
+
+def note_losses(scene, run):
+    """Note what part of the energy a rolling ring loses to touching down, with both steps, and to friction."""
+    for method in (EnergyMomentum, LosslessContact):
+        history = rolls(method(wheel(1000.0, 0.5), 0.01), 0.2 if scene.quick else 1.0)
+        run.add(history)
+        key, how = f"rolling_energy_loss[{method.name}]", "frictionless contact does no work"
+        scene.result(key, lost(history), "of the energy", 0.0, how)
+    dt, revolutions = (0.01, 0.2) if scene.quick else (0.0025, 3.0)
+    history = rolls(LosslessContact(wheel(1000.0, 0.5), dt), revolutions)
+    run.add(history)
+    of = f"of the energy, {revolutions:g} revolutions, dt = {dt:g} s, friction apart"
+    scene.result("rolling_energy_loss", lost(history), of, 0.001, "wanted at most")
+    friction = (history["friction"][-1] - history["friction"][0]) / history["kinetic"][0]
+    scene.result("rolling_friction", friction, "of the energy, in the same run")
+
+
+def lost(history):
+    """What part of the first kinetic energy is gone at the end, friction apart."""
+    return (history["total"][0] - history["total"][-1]) / history["kinetic"][0]

@@ -135,7 +135,7 @@ class CurvedContact:
         hold = ProximalSprings(self.rigid, force / size, points.shape)
         iterations: list[Solution] = []
         turns = solver.ranks.any(bool(np.ptp(planes.normal, axis=0).any())) if len(points) else False
-        enough = LOOSE if turns and solver.correction.name in ("multigrid", "algebraic") else 0.0
+        enough = LOOSE if turns and solver.correction.name == "multigrid" else 0.0
         try:
             for _ in range(ITERATIONS):
                 springs = planes.springs + hold.springs()

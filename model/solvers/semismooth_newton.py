@@ -35,7 +35,7 @@ from model.solvers.iterative_refinement import ROUNDING
 from model.solvers.path_following import follow_path
 
 CHAIN = 5  # Newton steps that may pass before the residual must have halved
-ENOUGH = 0.1  # of the residual: a Newton step that leaves no more needs no sweep, whose rounding is larger
+ENOUGH = 0.1  # of the residual: after a Newton step that leaves no more a sweep must not raise it by rounding
 PATHS = 4  # one after the other, each with the last one's friction
 EDGES = 6  # of the polygon that stands for a friction disc
 
@@ -275,12 +275,17 @@ def newton(arrays, contact, b, u, status, force, bound, slip_rate, tolerance, sl
         trial += step
         place_all_on_surface(contact, trial, decided)
         after = residual_of(arrays, contact, b, trial, decided, R, pushed, bound, slip_rate)
-        if after > ENOUGH * best:
-            sweep(arrays, contact, b, trial, decided, bound, slip_rate)
-            after = residual_of(arrays, contact, b, trial, decided, R, pushed, bound, slip_rate)
-        idle += 1
+        quick = after <= ENOUGH * best
         if after < best:
             u[:], status[:], force[:], best = trial, decided, pushed, after
+        sweep(arrays, contact, b, trial, decided, bound, slip_rate)
+        after = residual_of(arrays, contact, b, trial, decided, R, pushed, bound, slip_rate)
+        if after < best:
+            u[:], status[:], force[:], best = trial, decided, pushed, after
+        elif quick:
+            trial[:], decided[:] = u, status
+            residual_of(arrays, contact, b, trial, decided, R, pushed, bound, slip_rate)
+        idle += 1
         if best < 0.5 * mark:
             mark, idle = best, 0
     return best, False
