@@ -45,18 +45,14 @@ run = Runs(scene)  # takes steps, and keeps what all runs are judged by together
 # %% [markdown]
 # **The paper's ring, with linear and with finite strain**: `Elasticity` with `MovingBody` and `MassRedistribution`, or
 # `Hyperelasticity` with `FiniteBody` and `EnergyMomentum`; histories, ledgers, checkpoints and series are the same.
+# Friction makes the linear ring bounce 40 ms earlier; the ring of finite strain bounces 10 ms earlier with friction of 0.1
+# (2.5 ms with steps of 1.25 ms). So the paper's earlier bounce is mostly swelling.
 
 
 # %%
 cases = [(f"{kind}, mu={mu:g}", mu, kind == "finite") for mu in MUS for kind in ("linear", "finite")]
 files = {"finite, mu=0.1": (scene.out / "ring.xdmf",), "linear, mu=0.1": (None, scene.out / "problem.npz")}
 turns = {at: turned(*paper_ring(mu, finite), *files.get(at, ())) for at, mu, finite in cases}
-
-# %% [markdown]
-# Friction makes the linear ring bounce 40 ms earlier; the ring of finite strain bounces 10 ms earlier with friction of 0.1
-# (2.5 ms with steps of 1.25 ms). So the paper's earlier bounce is mostly swelling.
-
-# %%
 for at, ring in turns.items():
     note_turning(scene, at, ring)
     if at.startswith("finite"):
@@ -96,12 +92,7 @@ note_creepage(scene)
 
 # %%
 note_losses(scene, run)
-
-# %% [markdown]
-# **And what it costs to compute.** Each iteration of Newton's method is a contact problem.
-
-# %%
-note_cost(scene)
+note_cost(scene)  # in time: each of Newton's iterations is a contact problem
 run.note()
 scene.finish(turns["finite, mu=0.1"].history)
 
@@ -124,10 +115,7 @@ stiffness = Elasticity(elastic.body, Isotropic(E=1e5, nu=0.3)).stiffness()
 print(elastic.strain_energy(u), 0.5 * u.ravel() @ (stiffness @ u.ravel()), "J/m")
 assert abs(elastic.strain_energy(u)) < 1e-9
 # 3. Pressed flat it gives way: its stress vanishes with det F, and det F < 0 costs it little.
-print(
-    "stress over E of a rod at lengths 1.0 to 0.2:",
-    [round((s**3 - s) / 2, 3) for s in (1, 0.8, 0.6, 0.4, 0.2)],
-)
+print([round((s**3 - s) / 2, 3) for s in (1, 0.8, 0.6, 0.4, 0.2)], "stress over E of a rod of such lengths")
 
 # %% [markdown]
 # **Further reading.** J. C. Simo, N. Tarnow, *The discrete energy-momentum method*, Z. angew. Math. Phys. 43 (1992) 757-792.

@@ -17,6 +17,7 @@ from model import (
     FiniteBody,
     FiniteContact,
     History,
+    LosslessContact,
     MassRedistribution,
     MovingBody,
     integrate,
@@ -335,9 +336,9 @@ def note_incline(scene, run):
     """Note how rings roll and slide down 10 degrees, and the friction between: rates of slip are linear in it."""
     around, dt = (96, 0.004) if scene.quick else (192, 0.002)
     down = {mu: let_go(run, mu, around, dt) for mu in (0.5, 0.05, 0.06)}
-    for mu, ring in down.items():
+    for mu, rolled in down.items():
         key = "incline_acceleration" + f"[mu={mu:g}]" * (mu != 0.5)
-        scene.result(key, ring.acceleration, "m/s^2", ring.closed, ring.how)
+        scene.result(key, rolled.acceleration, "m/s^2", rolled.closed, rolled.how)
     note_threshold(scene, down[0.05], down[0.06], (0.05, 0.06))
 
 
