@@ -134,7 +134,7 @@ class CurvedContact:
         force = solver.ranks.sum(float(np.abs(solver.ranks.own(load)).sum()))
         hold = ProximalSprings(self.rigid, force / size, points.shape)
         iterations: list[Solution] = []
-        turns = solver.ranks.any(bool(np.ptp(planes.normal, axis=0).any())) if len(points) else False
+        turns = solver.ranks.any(bool((planes.normal != planes.normal[:1]).any()))
         enough = LOOSE if turns and solver.correction.name == "multigrid" else 0.0
         try:
             for _ in range(ITERATIONS):
