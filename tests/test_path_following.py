@@ -7,7 +7,10 @@ from everyday.trial import tried
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from model.node_loop.contact_sweep import SLIP, Candidates
+from model.node_loop.friction_laws import coulomb
 from model.solvers.path_following import follow_path
+from model.solvers.semismooth_newton import SmallProblem, newton_step
 
 BOTH_WAYS = np.array([[1.0], [-1.0]])
 ANGLES = np.arange(8) * np.pi / 4
@@ -139,3 +142,19 @@ def test_what_friction_alone_could_hold_is_said_to_turn():
     outcome = tried(drawn(3000495))
     assert outcome["outcome"] == "not converged"
     assert "friction, which alone could hold the body against a rotation about" in outcome["said"]
+
+
+def test_slips_without_a_unique_answer_raise_nothing():
+    """A node that nothing resists along the road, in a motion that is not known to be rigid."""
+    S, one, mu = np.diag([1.0, 0.0]), np.zeros(1, dtype=np.int64), coulomb(1.0)
+    none = np.zeros((2, 0))
+    small = SmallProblem(np.eye(2), none, np.zeros((0, 0)), None, 2, mu, np.zeros(1, dtype=np.int64))
+    frame, gap, state = np.eye(2)[None], np.zeros(1), mu.nodes(np.ones(1))
+    contact = Candidates(one, one, frame, small.arrays.block, gap, np.zeros((1, 1)), state)
+    for way in (-1.0, 1.0):
+        u, R, force = np.array([[0.0, way]]), np.ones((1, 2)), np.array([[1.0, -way]])
+        status = np.array([SLIP], dtype=np.int8)
+        step, driven = newton_step(
+            small.arrays._replace(S=S), contact, u, status, R, force, small._bound, 1.0, 0.0
+        )
+        assert np.isfinite(step).all() and not driven

@@ -327,7 +327,10 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     drive = N.T @ missing
     if np.sum(drive**2) > slight**2 + 1e-3 * np.sum(missing**2):
         return step.reshape(k, d), True
-    step[numbers] = np.linalg.solve(J + largest * (N @ N.T), missing - N @ drive)
+    try:
+        step[numbers] = np.linalg.solve(J + largest * (N @ N.T), missing - N @ drive)
+    except Exception:  # exactly singular: these slips have no unique answer, and a sweep or the path decides
+        step[:] = 0.0
     return step.reshape(k, d), False
 
 
