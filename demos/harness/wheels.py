@@ -332,7 +332,7 @@ def treadmill(moving: FiniteBody, u: np.ndarray) -> np.ndarray:
     return change
 
 
-def note_incline(scene, run):
+def note_incline(scene: Scene, run: Runs) -> None:
     """Note how rings roll and slide down 10 degrees, and the friction between: rates of slip are linear in it."""
     around, dt = (96, 0.004) if scene.quick else (192, 0.002)
     down = {mu: let_go(run, mu, around, dt) for mu in (0.5, 0.05, 0.06)}
@@ -342,7 +342,7 @@ def note_incline(scene, run):
     note_threshold(scene, down[0.05], down[0.06], (0.05, 0.06))
 
 
-def note_thrown(scene, run):
+def note_thrown(scene: Scene, run: Runs) -> None:
     """Note the speed (m/s) at which a ring thrown at 10 m/s without spin from half a metre ends."""
     E, mu, dt, end = (1e4, 0.5, 0.005, 1.5) if scene.quick else (1e6, 0.1, 0.001, 4.0)
     scheme, speeds = EnergyMomentum(wheel(E, mu, height=0.5), dt), []
@@ -355,7 +355,7 @@ def note_thrown(scene, run):
     scene.result("final_speed[paper ring]", np.mean(speeds[-round(0.5 / dt) :]), unit, 10.0 / (1.0 + k), how)
 
 
-def note_losses(scene, run):
+def note_losses(scene: Scene, run: Runs) -> None:
     """Note what part of the energy a rolling ring loses to touching down, with both steps, and to friction."""
     for method in (EnergyMomentum, LosslessContact):
         history = rolls(method(wheel(1000.0, 0.5), 0.01), 0.2 if scene.quick else 1.0)
@@ -371,6 +371,6 @@ def note_losses(scene, run):
     scene.result("rolling_friction", friction, "of the energy, in the same run")
 
 
-def lost(history):
+def lost(history: History) -> float:
     """What part of the first kinetic energy is gone at the end, friction apart."""
     return (history["total"][0] - history["total"][-1]) / history["kinetic"][0]

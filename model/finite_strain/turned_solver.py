@@ -47,8 +47,11 @@ class TurnedSolver:
             As for `StepSolver.solve`; gaps of either sign.
         """
         at = turn[self.solver.loop.nodes]
-        touch = self.solver.solve(_back(turn, b), gap, _back(at, normal), _back(at, back), before)
-        return replace(touch, increment=_forth(turn, touch.increment), force=_forth(at, touch.force))
+        away, at_away = turn.swapaxes(1, 2), at.swapaxes(1, 2)
+        touch = self.solver.solve(
+            _turned(away, b), gap, _turned(at_away, normal), _turned(at_away, back), before
+        )
+        return replace(touch, increment=_turned(turn, touch.increment), force=_turned(at, touch.force))
 
     def face(self, normal: np.ndarray) -> None:
         """Leave the loop with the road's normals (n, d), by which records tell pressure from friction."""
@@ -56,22 +59,11 @@ class TurnedSolver:
 
 
 @njit(cache=True)
-def _forth(turn, x):
+def _turned(turn, x):
     """Return vectors x (N, d) turned by rotations (N, d, d)."""
     y = np.zeros_like(x)
     for i in range(x.shape[0]):
         for a in range(x.shape[1]):
             for b in range(x.shape[1]):
                 y[i, a] += turn[i, a, b] * x[i, b]
-    return y
-
-
-@njit(cache=True)
-def _back(turn, x):
-    """Return vectors x (N, d) turned back by rotations (N, d, d)."""
-    y = np.zeros_like(x)
-    for i in range(x.shape[0]):
-        for a in range(x.shape[1]):
-            for b in range(x.shape[1]):
-                y[i, b] += turn[i, a, b] * x[i, a]
     return y
