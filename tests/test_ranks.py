@@ -128,3 +128,23 @@ def test_an_error_is_one_sentence_and_ends_all(tmp_path):
     assert done.returncode != 0
     assert done.stderr.count("ValueError") == 1 and "below the road" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_solver_let_go_gives_its_memory_back_at_once(ranks, tmp_path):
+    script = tmp_path / "let_go.py"
+    script.write_text(
+        "import gc, weakref, on_ranks\n"
+        "from model.ranks.shared_solver import SharedSolver\n"
+        "from model.solvers.contact_solver import ContactSolver\n"
+        "contact = on_ranks.cylinder(0.3)\n"
+        "gc.disable()\n"
+        "kind = SharedSolver if contact.system.exchanges else ContactSolver\n"
+        "solver = kind(contact.problem, 'multigrid', progress=False)\n"
+        "solver.solve(tolerance=1e-8)\n"
+        "known = weakref.ref(solver)\n"
+        "del solver\n"
+        "assert known() is None\n"
+    )
+    done = started(ranks, "-m", "mpi4py", str(script))
+    assert done.returncode == 0, done.stderr

@@ -126,7 +126,7 @@ class SharedSolver:
         self.name = chosen(problem, correction)
         began = perf_counter()
         self.problem, self.exchange = problem, problem.exchanges[0]
-        self.ranks, self.correction = self.exchange, SimpleNamespace(name=self.name, solve=self.solve_step)
+        self.ranks = self.exchange
         self.progress = progress and self.exchange.comm.rank == 0
         if self.exchange.comm.rank == 0:
             announce_compilation()
@@ -144,6 +144,11 @@ class SharedSolver:
         self.rubs = np.zeros(0, dtype=np.int64)
         self.status, self.last = np.zeros(n, dtype=np.int8), np.zeros(n, dtype=np.int8)
         self.setup_seconds = perf_counter() - began
+
+    @property
+    def correction(self) -> Any:
+        """What corrects, as time steps know it; made when asked, so that no solver refers to itself."""
+        return SimpleNamespace(name=self.name, solve=self.solve_step)
 
     def _make(self) -> Any:
         """Make what corrects; collective."""
