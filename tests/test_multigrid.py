@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import bsr_array, random_array
+from scipy.sparse import bsr_array, kron, random_array
 
 from forms import Anisotropic, Elasticity, Isotropic, Support
 from geometry import (
@@ -49,7 +49,7 @@ from model.quasistatics.curved_contact import CurvedContact
 from model.results.body_on_road import BodyOnRoad
 from model.solvers.galerkin_coarsening import Level, coarsen, nodal_prolongation
 from model.solvers.smoothed_aggregation import algebraic
-from model.solvers.truncated_multigrid import Cycle
+from model.solvers.truncated_multigrid import Cycle, bsr
 
 
 def cylinder(refinements, friction=None, platen=True):
@@ -90,13 +90,10 @@ def test_cycles_with_friction_stay_within_twice_those_without():
         assert np.mean([step.cycles for step in path]) <= 2 * without
 
 
-@pytest.mark.parametrize(("mu", "most"), [(0.01, 12), (0.1, 12), (1.0, 16), (3.0, 32)])
+@pytest.mark.parametrize(("mu", "most"), [(0.01, 12), (0.1, 12), (1.0, 12), (3.0, 14)])
 def test_cycles_with_little_and_much_friction(mu, most):
-    """From pressing to where nearly all of it slips.
-
-    With much friction the pressure that follows from it, which no symmetric cycle sees, slows the solver.
-    """
-    body = Body.from_grid(half_cylinder_nested(10.0), 2)
+    """From pressing to where nearly all slips: coarse matrices know that friction follows pressure."""
+    body = Body.from_grid(half_cylinder_nested(10.0), 3)
     elasticity = Elasticity(body, Isotropic(210e3, 0.3))
     pushes = [elasticity.total_force("top", np.array([Q * mu, -1.0]) * 1e4) for Q in (0.0, 0.5, 0.95)]
     system = elasticity.system(pushes[0], Support(body).platen("top"))
@@ -188,28 +185,25 @@ def test_cycles_on_a_rough_road():
         assert np.abs(one.displacement - other.displacement).max() < 1e-6 * size
 
 
-def test_repaired_coarse_matrices_equal_new_ones():
+def test_repaired_coarse_matrices_equal_products():
+    """As scipy multiplies them, where nodes are held and what is missing at them is tested otherwise."""
     problem = cylinder(2)
     d, N = 2, problem.coordinates.shape[0]
     loop = NodeLoop(block_matrix(problem.A), problem.contact_nodes, problem.normal, None)
-
-    def levels(T):
-        finest = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
-        for k, weights in enumerate(problem.prolongations):
-            P = nodal_prolongation(weights)
-            if k == 0:
-                rows = np.repeat(np.arange(N), np.diff(weights.indptr))
-                P = P._replace(data=P.data[:, None, None] * T[rows])
-            finest.append(coarsen(finest[-1], P, weights.shape[1]))
-        return finest
-
-    T = np.tile(np.eye(d), (N, 1, 1))
-    cycle = Cycle(levels(T))
+    levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
+    for weights in problem.prolongations:
+        levels.append(coarsen(levels[-1], nodal_prolongation(weights), weights.shape[1]))
+    cycle = Cycle(levels)
     held = problem.contact_nodes[:7]
-    T[held] = np.diag([1.0, 0.0])
-    cycle.truncate(held, T[held])
-    for repaired, new in zip(cycle.levels[1:], levels(T)[1:], strict=True):
-        assert np.allclose(repaired.A.data, new.A.data, rtol=0, atol=1e-12 * np.abs(new.A.data).max())
+    T, L = (np.tile(np.eye(d), (N, 1, 1)) for _ in range(2))
+    T[held], L[held] = np.diag([1.0, 0.0]), [[1.0, 0.7], [0.0, 0.0]]
+    cycle.truncate(held, T[held], L[held])
+    L, T = (bsr_array((blocks, np.arange(N), np.arange(N + 1))) for blocks in (L, T))
+    product = L @ problem.A @ T
+    for repaired, weights in zip(cycle.levels[1:], problem.prolongations, strict=True):
+        P = kron(weights, np.eye(d))
+        product = P.T @ product @ P
+        assert np.allclose(bsr(repaired.A).toarray(), product.toarray(), rtol=0, atol=1e-12 * product.max())
 
 
 def test_cycle_is_symmetric_and_positive():

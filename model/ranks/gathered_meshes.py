@@ -124,4 +124,4 @@ class GatheredCycle:
         for fine, coarse in pairwise(self._cycle.levels):
             changed = columns_of(fine.P, changed, len(coarse.inverse))
             recompute(fine, coarse, changed)
-        self._cycle.coarsest_inverse = None
+        self._cycle.solve_coarsest = None

@@ -95,7 +95,7 @@ class SharedLevel:
         own = nodes < self.exchange.owned
         nodes, projectors = nodes[own], projectors[own]
         blocks = self.A.data[self.middle[nodes]] + self.weight[nodes]
-        self.inverse[nodes] = projected_inverses(blocks, projectors)
+        self.inverse[nodes] = projected_inverses(blocks, projectors, projectors)
 
     def project(self, x: np.ndarray) -> None:
         """Leave of x (nodes held here, d), in place, what held nodes are free to do."""
@@ -117,7 +117,7 @@ class SharedLevel:
         self.P, self.transfers, coarse = P, transfers(self.d, self.d, True), len(ids)
         indptr = P.indptr[: self.exchange.owned + 1]
         self.children = transposed(BlockMatrix(indptr, P.indices[: int(indptr[-1])], P.data), coarse)
-        self.product = galerkin_product(self.transfers, self.A, P, self.children, self.held, self.T)
+        self.product = galerkin_product(self.transfers, self.A, P, self.children, self.held, self.T, self.T)
         self.shares = Shares(self.product, exchange, ids)
         self.shares.sum(self.product, np.ones(coarse, dtype=bool))
         self.coarser = SharedLevel(self.shares.own_rows(self.product), exchange, coarse)
@@ -127,7 +127,7 @@ class SharedLevel:
         """Compute the coarse rows that all ranks mark as touched (coarse nodes,); collective."""
         rows = np.flatnonzero(touched)
         self.transfers.galerkin_rows(
-            self.A, self.P, self.children, rows, self.product, self.held, self.T, False
+            self.A, self.P, self.children, rows, self.product, self.held, self.T, self.T, False
         )
         self.shares.sum(self.product, touched)
 

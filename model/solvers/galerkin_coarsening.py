@@ -43,7 +43,8 @@ class Level:
     """One mesh of the hierarchy.
 
     Its matrix, inverses and positions of the diagonal blocks, and the way to the next coarser mesh. Nodes
-    that are `held` (N,) move within the ranges of their projectors T (N, d, d), of which others are not read.
+    that are `held` (N,) move within the ranges of their projectors T (N, d, d), and what is missing there
+    counts as their tests L (N, d, d) take it; of others neither is read.
     """
 
     A: BlockMatrix
@@ -54,19 +55,18 @@ class Level:
     transfers: Any = None
     held: Any = None
     T: Any = None
+    L: Any = None
 
     def __post_init__(self) -> None:
         """Hold nothing, unless told."""
         if self.held is None:
-            self.held, self.T = np.zeros(len(self.inverse), dtype=bool), np.zeros(self.inverse.shape)
+            self.held = np.zeros(len(self.inverse), dtype=bool)
+            self.T, self.L = np.zeros(self.inverse.shape), np.zeros(self.inverse.shape)
 
-    def hold(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
-        """Hold nodes (k,) to the ranges of projectors (k, d, d)."""
+    def hold(self, nodes: np.ndarray, projectors: np.ndarray, tests: np.ndarray | None = None) -> None:
+        """Hold nodes (k,) to the ranges of projectors (k, d, d), which are their tests too unless told."""
         self.held[nodes], self.T[nodes] = True, projectors
-
-    def project(self, x: np.ndarray, nodes: np.ndarray) -> None:
-        """Leave of x (N, d), in place, what some held nodes (k,) are free to do."""
-        x[nodes] = np.einsum("kab,kb->ka", self.T[nodes], x[nodes])
+        self.L[nodes] = projectors if tests is None else tests
 
 
 def nodal_prolongation(P: Any) -> BlockMatrix:
@@ -104,7 +104,7 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
     fine, mixed, small = np.uint64(d * d), np.uint64(c * d), np.uint64(c * c)  # entries of blocks
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
-    def galerkin_rows(A, P, children, rows, coarse, held, T, fresh):
+    def galerkin_rows(A, P, children, rows, coarse, held, L, T, fresh):
         """Row I of P^T A first, by columns of A; then times P, each of them once."""
         indices, values, weights, product = coarse.indices, flat(A.data), flat(P.data), flat(coarse.data)
         most, widest = 0, 0
@@ -148,7 +148,7 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                             if held[i]:
                                 s = 0.0
                                 for t in range(d):
-                                    s += T[i, a, t] * values[v + np.uint64(t * d + b)]
+                                    s += L[i, a, t] * values[v + np.uint64(t * d + b)]
                             block[a * d + b] = s
                     for a in range(c):
                         for b in range(d):
@@ -256,7 +256,7 @@ def columns_of(M, rows, columns):
 
 
 def galerkin_product(kernels: Transfers, A: BlockMatrix, P: BlockMatrix, children: Any, *held: Any) -> Any:
-    """Return P^T A P, as `BlockMatrix`, with the projectors of nodes that are `held`."""
+    """Return P^T A P, as `BlockMatrix`, with the tests and projectors of nodes that are `held`."""
     N, c = children.indptr.size - 1, P.data.shape[2] if P.data.ndim == 3 else A.data.shape[1]
     room = max(A.indices.size // 2, 1)  # nested meshes need less
     indptr = np.zeros(N + 1, dtype=np.uint64)
@@ -272,7 +272,7 @@ def coarsen(level: Level, P: BlockMatrix, coarse_nodes: int) -> Level:
     d, scalar = level.inverse.shape[1], P.data.ndim == 1
     c = d if scalar else P.data.shape[2]
     level.transfers = transfers(d, c, scalar)
-    A = galerkin_product(level.transfers, level.A, P, level.children, level.held, level.T)
+    A = galerkin_product(level.transfers, level.A, P, level.children, level.held, level.L, level.T)
     coarse = Level(A, np.zeros((coarse_nodes, c, c)), diagonal_positions(A))
     invert_diagonal(coarse, np.arange(coarse_nodes))
     return coarse
@@ -280,7 +280,8 @@ def coarsen(level: Level, P: BlockMatrix, coarse_nodes: int) -> Level:
 
 def recompute(fine: Level, coarse: Level, rows: np.ndarray) -> None:
     """Compute the given block rows of the coarse matrix from the fine level, and invert their diagonals."""
-    fine.transfers.galerkin_rows(fine.A, fine.P, fine.children, rows, coarse.A, fine.held, fine.T, False)
+    held = fine.held, fine.L, fine.T
+    fine.transfers.galerkin_rows(fine.A, fine.P, fine.children, rows, coarse.A, *held, False)
     invert_diagonal(coarse, rows)
 
 

@@ -6,12 +6,15 @@ Each round: the loop sweeps the finest mesh and decides contact, stick and slip;
 preconditioned by one V-cycle then solve for the unknowns that are linear at present (free nodes whole, slip
 nodes along the surface, their friction force held); nodes that would penetrate are put back on the road.
 Coarse matrices are truncated where the finest mesh is held, and repaired only around nodes whose status
-changed. Where the residual falls no further, as with much friction it may, the problem is condensed onto its
-candidates and solved as by `direct`. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the
-paper's loop as the non-linear smoother.
+changed. With friction GMRES takes the place of conjugate gradients, and the cycles see that the friction of
+slipping nodes follows their pressure: what is missing there is tested by L = T - w n^T, w the friction that
+comes with a unit of pressure, on the finest mesh and, in P^T L A T P, on all below it. Where the residual
+falls no further, as with much friction it may, the problem is condensed onto its candidates and solved as by
+`direct`. Source: Graeser and Kornhuber, J. Comput. Math. 27 (2009), with the paper's loop as the non-linear
+smoother.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from itertools import pairwise
@@ -19,7 +22,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import bsr_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
@@ -76,7 +79,7 @@ class Cycle:
     def __init__(self, levels: list[Level]):
         self.visits = self.sweeps = 1
         finest = replace(levels[0], inverse=levels[0].inverse.copy(), held=None)
-        self.held = np.flatnonzero(levels[0].held)
+        self.held, self.symmetric = np.flatnonzero(levels[0].held), True
         finest.hold(self.held, levels[0].T[self.held])
         coarser = [
             replace(level, A=level.A._replace(data=level.A.data.copy()), inverse=level.inverse.copy())
@@ -87,25 +90,26 @@ class Cycle:
         self.corrections = [np.zeros(shape) for shape in shapes]
         self.defects = [np.zeros(shape) for shape in shapes]
         self.loads = [np.zeros(shape) for shape in shapes]
-        self.coarsest_inverse: np.ndarray | None = None
+        self.solve_coarsest: Callable[[np.ndarray], np.ndarray] | None = None
         self.kernel = np.zeros((levels[-1].inverse.shape[0] * levels[-1].inverse.shape[1], 0))
 
     def set_kernel(self, kernel: np.ndarray) -> None:
         """Tell which motions (n d, z) of the coarsest mesh nothing resists."""
         if kernel.shape != self.kernel.shape or np.any(kernel != self.kernel):
-            self.kernel, self.coarsest_inverse = kernel, None
+            self.kernel, self.solve_coarsest = kernel, None
 
-    def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
-        """Hold nodes (k,) to the ranges of their projectors (k, d, d).
+    def truncate(self, nodes: np.ndarray, projectors: np.ndarray, tests: np.ndarray) -> None:
+        """Hold nodes (k,) to the ranges of their projectors (k, d, d), and test them by tests (k, d, d).
 
         Only the rows of the coarse matrices that see these nodes are computed anew.
         """
         finest = self.levels[0]
         blocks = finest.A.data[finest.middle[nodes]]
-        finest.inverse[nodes] = projected_inverses(blocks, projectors)
-        finest.hold(nodes, projectors)
+        finest.inverse[nodes] = projected_inverses(blocks, projectors, tests)
+        finest.hold(nodes, projectors, tests)
         self.held = np.flatnonzero(finest.held)
-        self.coarsest_inverse = None
+        self.symmetric = np.array_equal(finest.L[self.held], finest.T[self.held])
+        self.solve_coarsest = None
         changed = columns_of(finest.A, nodes, finest.inverse.shape[0])
         for fine, coarse in pairwise(self.levels):
             changed = columns_of(fine.P, changed, coarse.inverse.shape[0])
@@ -118,24 +122,30 @@ class Cycle:
         """
         level, z = self.levels[number], self.corrections[number]
         if number == len(self.levels) - 1:
-            if self.coarsest_inverse is None:
-                self.coarsest_inverse = dense_inverse(level, self.kernel)
-            z[:] = (self.coarsest_inverse @ r.ravel()).reshape(r.shape)
+            if self.solve_coarsest is None:
+                self.solve_coarsest = dense_solver(level, self.kernel, self.symmetric)
+            z[:] = self.solve_coarsest(r.ravel()).reshape(r.shape)
             if left is not None:
                 defect(r.shape[1])(level.A, r, z, left)
             return z
         rest, coarse_r, size = self.defects[number], self.loads[number + 1], r.shape[1]
-        sweep_from_zero(size)(level.A, level.middle, level.inverse, r, z, rest)
-        for _ in range(self.sweeps - 1):
-            more, still = np.empty_like(r), np.empty_like(r)
-            sweep_from_zero(size)(level.A, level.middle, level.inverse, rest, more, still)
-            z += more
-            rest[:] = still
+        if self.symmetric or number == 0:
+            sweep_from_zero(size)(level.A, level.middle, level.inverse, r, z, rest)
+            for _ in range(self.sweeps - 1):
+                more, still = np.empty_like(r), np.empty_like(r)
+                sweep_from_zero(size)(level.A, level.middle, level.inverse, rest, more, still)
+                z += more
+                rest[:] = still
+        else:
+            z[:] = 0.0
+            for _ in range(self.sweeps):
+                backward_sweep(size)(level.A, level.inverse, r, z)
+            defect(size)(level.A, r, z, rest)
         held = self.held if number == 0 else self.held[:0]
-        level.project(rest, held)
+        project(rest, held, level.L)
         level.transfers.restrict(level.P, level.children, rest, coarse_r)
         level.transfers.prolong(level.P, self._solve_coarse(coarse_r, number + 1), z)
-        level.project(z, held)
+        project(z, held, level.T)
         for _ in range(self.sweeps - (left is not None)):
             backward_sweep(size)(level.A, level.inverse, r, z)
         if left is not None:
@@ -170,37 +180,44 @@ def supported(finest: Any, nodes: np.ndarray, supports: np.ndarray) -> Iterator[
         finest.A.data[at] = kept
 
 
-def projected_inverses(blocks: np.ndarray, projectors: np.ndarray) -> np.ndarray:
-    """Inverses (k, d, d) of symmetric blocks on the ranges of their projectors, zero elsewhere."""
-    inside = projectors @ blocks @ projectors
+def project(x: np.ndarray, nodes: np.ndarray, projectors: np.ndarray) -> None:
+    """Leave of x (N, d), in place, at nodes (k,) what the projectors (N, d, d) do."""
+    x[nodes] = np.einsum("kab,kb->ka", projectors[nodes], x[nodes])
+
+
+def projected_inverses(blocks: np.ndarray, projectors: np.ndarray, tests: np.ndarray) -> np.ndarray:
+    """Inverses (k, d, d) of symmetric blocks, tested, on the ranges of their projectors, zero elsewhere."""
+    inside = tests @ blocks @ projectors
     inverses = np.empty_like(inside)
     generalised_inverses(inside, np.arange(len(inside)), inverses)
-    return projectors @ inverses @ projectors
+    return projectors @ inverses @ tests
 
 
-def dense_inverse(level: Level, kernel: np.ndarray) -> np.ndarray:
-    """Inverse of a small mesh's matrix, between the projectors of what is held, where it resists anything.
+def dense_solver(level: Level, kernel: np.ndarray, symmetric: bool) -> Callable[[np.ndarray], np.ndarray]:
+    """Solve for (n d,) with a small mesh's matrix, as what is held leaves it, where it resists anything.
 
     Motions in its `kernel` (n d, z) would meet rounding: they get a resistance, which moves them some way.
     """
     A, (n, d) = level.A, level.inverse.shape[:2]
     full = np.zeros((n, d, n, d))
     rows = np.repeat(np.arange(n), np.diff(A.indptr).astype(np.int64))
-    T = np.where(level.held[:, None, None], level.T, np.eye(d))
-    full[rows, :, A.indices] = T[rows] @ A.data @ T[A.indices]
+    L, T = (np.where(level.held[:, None, None], held, np.eye(d)) for held in (level.L, level.T))
+    full[rows, :, A.indices] = L[rows] @ A.data @ T[A.indices]
     matrix = full.reshape(n * d, n * d)
     unit = np.linalg.qr(kernel)[0]
     matrix += matrix.diagonal().max() * (unit @ unit.T)
     supported = np.flatnonzero(matrix.diagonal() > 0.0)
-    inverse, inside = np.zeros_like(matrix), matrix[np.ix_(supported, supported)]
-    factor, failed = dpotrf(inside, lower=True)
-    pivots = factor.diagonal()
-    if failed or np.any(pivots**2 < 1e-11 * inside.diagonal()):
-        inverse[np.ix_(supported, supported)] = np.linalg.pinv(inside, rcond=1e-12, hermitian=True)
-    else:
-        lower = np.tril(dpotri(factor, lower=True)[0])
-        inverse[np.ix_(supported, supported)] = lower + np.tril(lower, -1).T
-    return inverse
+    inside = matrix[np.ix_(supported, supported)]
+    factor, swaps, failed = dgetrf(inside)
+    singular = failed or np.any(np.abs(factor.diagonal()) < 1e-11 * inside.diagonal())
+    inverse = np.linalg.pinv(inside, rcond=1e-12, hermitian=symmetric) if singular else None
+
+    def solve(r: np.ndarray) -> np.ndarray:
+        z, known = np.zeros_like(r), r[supported]
+        z[supported] = dgetrs(factor, swaps, known)[0] if inverse is None else inverse @ known
+        return z
+
+    return solve
 
 
 def dot(x: np.ndarray, y: np.ndarray) -> float:
@@ -360,7 +377,7 @@ class Multigrid:
         part = UNSTEADY if steady == 0 else newton
         wanted = max(part * float(np.linalg.norm(r)), record.tolerance * scale)
         if loop.friction is not None and np.any(status == Status.SLIP):
-            record.cycles += self._with_friction(r, wanted, status)
+            record.cycles += self._with_friction(r, wanted)
         else:
             self.before[:] = r
             record.cycles += self._conjugate_gradients(r, wanted)
@@ -414,7 +431,7 @@ class Multigrid:
         """Find how friction follows pressure and slip at u (N, d)."""
         loop = self.loop
         if loop.friction is not None:
-            before = self.rubs
+            before, followed = self.rubs, self.by_pressure.copy()
             friction_tangent(
                 loop.contact,
                 u,
@@ -428,13 +445,16 @@ class Multigrid:
             )
             self.rubs = np.flatnonzero(self.support.any(axis=(1, 2)))
             self.status[before] = self.status[self.rubs] = -1
+            self.status[np.any(self.by_pressure != followed, axis=1)] = -1
 
     def _truncate(self, status: np.ndarray) -> bool:
         """Hold the nodes as `status` says; True if that changed anything."""
         changed = np.flatnonzero(status != self.status)
         if changed.size:
             self.projectors[changed] = free_directions(self.loop, changed, status[changed])
-            self.cycle.truncate(self.loop.nodes[changed], self.projectors[changed])
+            follow = self.by_pressure[changed, :, None] * self.loop.frame[changed, 0, None, :]
+            tests = self.projectors[changed] @ (np.eye(follow.shape[1]) - follow)
+            self.cycle.truncate(self.loop.nodes[changed], self.projectors[changed], tests)
             self.status[changed] = status[changed]
             self.held = np.flatnonzero(self.status)
         different = np.any(self.last != status)
@@ -472,24 +492,19 @@ class Multigrid:
                 break
         return cycles
 
-    def _with_friction(self, r: np.ndarray, wanted: float, status: np.ndarray) -> int:
+    def _with_friction(self, r: np.ndarray, wanted: float) -> int:
         """Set x as `_conjugate_gradients` does, the friction of slipping nodes following their pressure.
 
         That makes A unsymmetric.
         """
-        loop, product = self.loop, self.product
-        slipping = np.flatnonzero(status == Status.SLIP)
-        nodes, normal = loop.nodes[slipping], loop.frame[slipping, 0]
-        follow = self.by_pressure[slipping]
+        loop, product, finest = self.loop, self.product, self.cycle.levels[0]
         cycles = 0
 
         def follow_friction(v: np.ndarray) -> np.ndarray:
             self._defect(loop.A, self.zero, v.reshape(loop.shape), product)
-            np.negative(product, out=product)
-            pressure = np.einsum("ca,ca->c", normal, product[nodes])
-            self._project(product)
-            product[nodes] -= pressure[:, None] * follow
-            return product.ravel().copy()
+            project(product, self.cycle.held, finest.L)
+            product[loop.uncoupled] = 0.0
+            return -product.ravel()
 
         def precondition(v: np.ndarray) -> np.ndarray:
             nonlocal cycles
