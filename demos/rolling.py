@@ -16,21 +16,10 @@
 import warnings
 
 import numpy as np
+from harness import wheels
 from harness.driven_wheel import note_creepage
 from harness.pictures import ring_outlines, way_over_time
 from harness.scene import Scene
-from harness.wheels import (
-    Runs,
-    note_cost,
-    note_incline,
-    note_losses,
-    note_rolling,
-    note_thrown,
-    note_turning,
-    paper_ring,
-    turned,
-    wheel,
-)
 
 from forms import Elasticity, Isotropic
 from model import BeyondLinear, EnergyMomentum, UnresolvedWaves
@@ -40,7 +29,7 @@ scene.built("M", "tangent").left_out("C", "gmsh", "pyvista")
 warnings.simplefilter("ignore", UnresolvedWaves)  # said by the lesson on the bouncing ring
 warnings.simplefilter("ignore", BeyondLinear)  # which is what we look at
 MUS = (0.1,) if scene.quick else (0.0, 0.1, 0.5)
-run = Runs(scene)  # takes steps, and keeps what all runs are judged by together
+run = wheels.Runs(scene)  # takes steps, and keeps what all runs are judged by together
 
 # %% [markdown]
 # **The paper's ring, with linear and with finite strain**: `Elasticity` with `MovingBody` and `MassRedistribution`, or
@@ -48,15 +37,8 @@ run = Runs(scene)  # takes steps, and keeps what all runs are judged by together
 # Friction makes the linear ring bounce 40 ms earlier; the ring of finite strain bounces 10 ms earlier with friction of 0.1
 # (2.5 ms with steps of 1.25 ms). So the paper's earlier bounce is mostly swelling.
 
-
 # %%
-cases = [(f"{kind}, mu={mu:g}", mu, kind == "finite") for mu in MUS for kind in ("linear", "finite")]
-files = {"finite, mu=0.1": (scene.out / "ring.xdmf",), "linear, mu=0.1": (None, scene.out / "problem.npz")}
-turns = {at: turned(*paper_ring(mu, finite), *files.get(at, ())) for at, mu, finite in cases}
-for at, ring in turns.items():
-    note_turning(scene, at, ring)
-    if at.startswith("finite"):
-        run.add(ring.history)
+turns = wheels.note_paper_rings(scene, run, MUS)
 pair = {at: ring for at, ring in turns.items() if "0.1" in at}
 scene.figure(ring_outlines({at: ring.outline for at, ring in pair.items()}, 0.5), "outlines")
 radius = {at: (ring.history["time"], ring.radius / 0.5) for at, ring in pair.items()}
@@ -70,8 +52,8 @@ scene.figure(way_over_time(radius, "mean outer radius over that at rest", 1.0), 
 
 # %%
 mesh, dt = ((96, 4), 0.002) if scene.quick else ((192, 6), 0.001)
-scheme = EnergyMomentum(wheel(1e5, 0.1, mesh), dt)
-lines = note_rolling(scene, scheme, mu=0.1, v0=2.0, end=0.85)
+scheme = EnergyMomentum(wheels.wheel(1e5, 0.1, mesh), dt)
+lines = wheels.note_rolling(scene, scheme, mu=0.1, v0=2.0, end=0.85)
 scene.figure(way_over_time(lines, "speed of the centre (m/s)"), "sliding_to_rolling")
 
 # %% [markdown]
@@ -82,8 +64,8 @@ scene.figure(way_over_time(lines, "speed of the centre (m/s)"), "sliding_to_roll
 # $\xi = (\mu a / R) (1 - \sqrt{1 - Q / (\mu P)})$, for half planes, here at $Q = 0.75\, \mu P$.
 
 # %%
-note_incline(scene, run)
-note_thrown(scene, run)
+wheels.note_incline(scene, run)
+wheels.note_thrown(scene, run)
 note_creepage(scene)
 
 # %% [markdown]
@@ -91,8 +73,8 @@ note_creepage(scene)
 # ring rolls with a resistance that is the algorithm's. `LosslessContact` gives it back, by a stress along $C_1 - C_0$.
 
 # %%
-note_losses(scene, run)
-note_cost(scene)  # in time: each of Newton's iterations is a contact problem
+wheels.note_losses(scene, run)
+wheels.note_cost(scene)  # in time: each of Newton's iterations is a contact problem
 run.note()
 scene.finish(turns["finite, mu=0.1"].history)
 

@@ -22,14 +22,13 @@
 import warnings
 
 import numpy as np
-from harness.motion import note_energy, note_motion, recorded, write_motion
+from harness.motion import bounced, note_energy, recorded, write_motion
 from harness.scene import Scene
 from harness.wheels import note_turning, paper_ring, turned
 
 from forms import Elasticity, Isotropic
 from geometry import Body, Plane, ring
 from model import MovingBody, UnresolvedWaves, bounce_figure, film, force_figure, ledger_figure
-from model.dynamics.moving_body import RigidPart
 from model.dynamics.schemes import IMPLICIT
 
 scene = Scene("section_3_2_bouncing_ring", "A ring that bounces, with its energy accounted for.")
@@ -52,21 +51,13 @@ body = rings[0.0][0].body
 A, velocity = {"A": body.nearest_node((0.0, h))}, np.tile([speed, 0.0], (len(body.coordinates), 1))
 for name, scheme in IMPLICIT.items():
     for mu, (elasticity, moving) in rings.items():
-        states, newmark, key = [], name == "Newmark", f"mu={mu:g}" + f",{name}" * (name != "Newmark")
-        path = scene.out / f"history_{key.replace(',', '_').replace(' ', '_')}.csv"
-        save = scene.out / "problem.npz" if newmark else None
-        run = recorded(scheme(moving, 0.01), velocity, 130, A, path, states.append, save)
+        key = f"mu={mu:g}" + f",{name}" * (name != "Newmark")
+        runs[name, mu], states = bounced(scene, key, scheme(moving, 0.01), velocity, A, KINETIC, FALL)
         bent += [np.ptp(state.displacement, axis=0).max() for state in states if state.time < FALL]
-        if mu:
-            spin = RigidPart(moving.M, moving.coordinates).amounts(states[89].displacement)[2]
-            scene.result(f"spin[{key}]", spin, "rad, counter-clockwise, at 0.9 s")
-        if newmark:
+        if name == "Newmark":
             stresses = write_motion(scene.out / f"ring_mu={mu:g}.xdmf", elasticity, moving, "outer", states)
             snapshots[mu] = {0.0: 0 * velocity} | {s.time: s.displacement for s in states[18::19]}
             frames = [(f"t = {s.time:.2f} s", s.displacement, m) for s, m in zip(states, stresses)][3::4]
-        note_motion(scene, key, run, KINETIC, FALL)
-        scene.result(f"first_touch_within_step[{key}]", run.touches("A")[0], "s", FALL, "sqrt(2 h / g)")
-        runs[name, mu] = run
     warnings.simplefilter("ignore", UnresolvedWaves)  # it has been said, with its numbers
 
 # %%
@@ -84,10 +75,7 @@ scene.result("free_flight_deformation", max(bent), "m", 0.0, "all schemes")
 scene.result("largest_von_mises_stress[mu=0.1]", peak / 1000.0, "of E", None, "strain is linear")
 scene.result("steps_per_wave_period", newmark[0].resolution.fewest, "1", 10, "what it takes", "at least")
 
-# %% [markdown]
-# With finite strain the ring does not swell, and friction makes it bounce but 10 ms earlier: `rolling.py` says why.
-
-# %%
+# With finite strain the ring does not swell, and friction makes it bounce but 10 ms earlier: rolling.py says why.
 for mu in MUS[scene.quick :]:
     for kind in ("linear", "finite"):
         note_turning(scene, f"{kind}, mu={mu:g}", turned(*paper_ring(mu, kind == "finite")))

@@ -67,6 +67,7 @@ class Elasticity:
     """
 
     kinds: tuple[type, ...] = (Isotropic, Anisotropic)  # of material
+    dilates_around = False  # whether a mean dilatation is there for bodies of revolution
 
     def __init__(
         self,
@@ -85,7 +86,7 @@ class Elasticity:
                 f"The body reaches to x = {body.coordinates[:, 0].min():g}; in axisymmetry x is the distance "
                 "from the axis, so that all of the body must have x >= 0."
             )
-        if mean_dilatation and self.axisymmetric:
+        if mean_dilatation and self.axisymmetric and not self.dilates_around:
             raise ValueError("A mean dilatation is not there for axisymmetric bodies; take nu up to 0.45.")
         if mean_dilatation and body.cell not in ("quadrilateral", "hexahedron"):
             raise ValueError(f"A mean dilatation is for quadrilaterals and hexahedra, not {body.cell}s.")

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
-from forms.elasticity import Elasticity
+from forms.elasticity import AROUND_DEGREE, Elasticity
 from forms.facets import boundary_measure
 from forms.strain_energies import ZERO, StrainEnergy, strain_energy
 from forms.system import System
@@ -49,7 +49,7 @@ class Inverted(ValueError):
 
 
 class Hyperelasticity(Elasticity):
-    """Hyperelasticity of a body that may turn and deform by any amount; plane strain in the plane.
+    """Hyperelasticity of a body that may turn and deform by any amount.
 
     Loads and mass are those of `Elasticity`.
 
@@ -59,11 +59,13 @@ class Hyperelasticity(Elasticity):
     energy : StrainEnergy, or a function psi(C) in UFL of the 3 x 3 matrix C, or {name of a region: energy}
     mean_dilatation : bool
         Give each cell one dilatation, so that rubber does not lock: the volumetric energy is taken at the
-        middle of the cell (in the plane that is its mean dilatation exactly).
+        middle of the cell (in plane strain that is its mean dilatation exactly).
     pressure : {name of a boundary: pressure}
         That follows the boundary as it moves, > 0 towards the body (force per area). Its energy, - pressure
         times the volume that the boundary encloses, counts as elastic energy. `FiniteContact` lays it on in
         proportion along its load path; in motion it is there from the start.
+    kinematics : str
+        As for `Elasticity`: "plane strain" (the default in the plane), "axisymmetric" or "3d".
 
     Raises
     ------
@@ -83,6 +85,7 @@ class Hyperelasticity(Elasticity):
     """
 
     kinds = (StrainEnergy,)
+    dilates_around = True
 
     def __init__(
         self,
@@ -90,13 +93,16 @@ class Hyperelasticity(Elasticity):
         energy: StrainEnergy | Callable[[Any], Any] | Mapping[str, Any],
         mean_dilatation: bool = False,
         pressure: Mapping[str, float] | None = None,
+        kinematics: str | None = None,
     ):
+        if kinematics == "plane stress":
+            raise ValueError("Plane stress is there for linear strain only; take a thin body in space.")
         given: Any = (
             {name: strain_energy(psi) for name, psi in energy.items()}
             if isinstance(energy, Mapping)
             else strain_energy(energy)
         )
-        super().__init__(body, given, None, mean_dilatation)
+        super().__init__(body, given, kinematics, mean_dilatation)
         self.energies: list[StrainEnergy] = self.materials  # type: ignore[assignment]
         self._start, self._end = fem.Function(self.V), fem.Function(self.V)
         self._matrices: dict[str, Any] = {}
@@ -140,8 +146,8 @@ class Hyperelasticity(Elasticity):
         self._put(u)
         v = ufl.TestFunction(self.V)
         for name, facets, p in self._pressures:
-            ds, F = boundary_measure(self.body.mesh, facets), _stretch(self._end)
-            direct = fem.form(p * ufl.inner(_cofactor(F) * ufl.FacetNormal(self.body.mesh), v) * ds)
+            ds = boundary_measure(self.body.mesh, facets)
+            direct = fem.form(self._over(ds, p * ufl.inner(self._turned_normal(self._stretch(self._end)), v)))
             energy = fem.form(ufl.derivative(self._pressure_energy(facets, p), self._end, v))
             found, wanted = (fem.assemble_vector(form).array.reshape(u.shape) for form in (energy, direct))
             rim = np.abs(found - wanted).max(axis=1) > 1e-9 * np.abs(wanted).max()
@@ -198,9 +204,12 @@ class Hyperelasticity(Elasticity):
     def volume_ratio(self, u: np.ndarray) -> float:
         """Return the smallest det F at displacement u (N, dim), over all points that the forms look at."""
         d, smallest = self.body.dim, np.inf
-        for gradient in self._point_gradients:
+        for gradient, around in self._point_gradients:
             F = (gradient @ u).reshape(-1, d, d) + np.eye(d)
-            smallest = min(smallest, float(_determinant(F).min()))
+            J = _determinant(F)
+            if self.axisymmetric:
+                J *= 1.0 + around @ u[:, 0]
+            smallest = min(smallest, float(J.min()))
         return smallest
 
     def stretches_at_nodes(self, u: np.ndarray) -> np.ndarray:
@@ -235,7 +244,8 @@ class Hyperelasticity(Elasticity):
 
     def _put(self, u: np.ndarray, before: np.ndarray | None = None) -> None:
         """Set the displacements; forms see gradients only, so a common translation is rounding saved."""
-        shift = 0.0 if self._pressures else 1.0  # where a pressure's rim is fixed, it is fixed in space
+        # where a pressure's rim is fixed, it is fixed in space; the axis is there always
+        shift: Any = 0.0 if self._pressures else np.array([0.0, 1.0]) if self.axisymmetric else 1.0
         self._end.x.array[:] = (np.asarray(u) - shift * u[0]).ravel()
         if before is not None:
             self._start.x.array[:] = (np.asarray(before) - shift * before[0]).ravel()
@@ -244,23 +254,20 @@ class Hyperelasticity(Elasticity):
     def _forms(self) -> dict[str, list[Any]]:
         """Compiled forms by name, one a quadrature rule or pressure, each made when it is first asked for."""
         v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
-        F0, F1 = _stretch(self._start), _stretch(self._end)
+        F0, F1 = self._stretch(self._start), self._stretch(self._end)
         C0, C1 = _right_cauchy_green(F0), _right_cauchy_green(F1)
-        mesh, acting, dim = self.body.mesh, self._acting, self.body.dim
+        mesh, acting, rows = self.body.mesh, self._acting, F0.ufl_shape[0]
 
         def within(integrand: Callable[[Any], Any]) -> list[Any]:
-            return [sum(integrand(psi) * dx for psi, dx in rule) for rule in self._rules]
+            return [sum(self._over(dx, integrand(psi)) for psi, dx in rule) for rule in self._rules]
 
         def along(S: Any) -> Any:
-            return ufl.inner(0.5 * (F0 + F1) * _in_the_body(S, dim), ufl.grad(v))
+            return ufl.inner(0.5 * (F0 + F1) * _in_the_body(S, rows), self._gradient(v))
 
         def pressed(*stretches: Any) -> list[Any]:  # by the mean of these deformations' normals
-            n = (
-                sum((_cofactor(F) for F in stretches[1:]), _cofactor(stretches[0]))
-                * ufl.FacetNormal(mesh)
-                / len(stretches)
-            )
-            return [p * ufl.inner(n, v) * boundary_measure(mesh, facets) for _, facets, p in acting]
+            n = sum(map(self._turned_normal, stretches[1:]), self._turned_normal(stretches[0]))
+            along_n = ufl.inner(n / len(stretches), v)
+            return [self._over(boundary_measure(mesh, facets), p * along_n) for _, facets, p in acting]
 
         def by(forms: list[Any], direction: Any) -> list[Any]:
             return [ufl.derivative(form, self._end, direction) for form in forms]
@@ -300,11 +307,26 @@ class Hyperelasticity(Elasticity):
         return [pressure for pressure in found if pressure[1].size]
 
     def _pressure_energy(self, facets: np.ndarray, p: Any) -> Any:
-        """Return - p times the volume within facets: p/dim times the integral of n . x, n out of the body."""
-        mesh = self.body.mesh
-        n = _cofactor(_stretch(self._end)) * ufl.FacetNormal(mesh)
-        x = ufl.SpatialCoordinate(mesh) + self._end
-        return p / self.body.dim * ufl.inner(n, x) * boundary_measure(mesh, facets)
+        """Return - p times the volume within facets: p/d times the integral of n . x, n out of the body."""
+        F, x = self._stretch(self._end), ufl.SpatialCoordinate(self.body.mesh) + self._end
+        outwards = p / F.ufl_shape[0] * ufl.inner(self._turned_normal(F), x)
+        return self._over(boundary_measure(self.body.mesh, facets), outwards)
+
+    def _stretch(self, u: Any) -> Any:
+        """F, 2 x 2 in plane strain."""
+        H = self._gradient(u)
+        return ufl.Identity(H.ufl_shape[0]) + H
+
+    def _gradient(self, u: Any) -> Any:
+        """Gradient of u; around the axis of a body of revolution that is u_r / r."""
+        if not self.axisymmetric:
+            return ufl.grad(u)
+        return _in_space(ufl.grad(u), u[0] / ufl.SpatialCoordinate(self.body.mesh)[0])
+
+    def _turned_normal(self, F: Any) -> Any:
+        """Normal out of the body, turned by F and as long as areas have become larger."""
+        n, A = ufl.FacetNormal(self.body.mesh), _cofactor(F)
+        return ufl.as_vector([sum(A[i, j] * n[j] for j in range(len(n))) for i in range(len(n))])
 
     @cached_property
     def _rules(self) -> list[list[tuple[Callable[[Any], Any], ufl.Measure]]]:
@@ -329,19 +351,25 @@ class Hyperelasticity(Elasticity):
                     found.append((psi, dx(number)))
             return found
 
-        degree = QUADRATURE_DEGREE[self.body.cell]
         if not self.mean_dilatation:
-            return [rule(degree, "density", "volumetric")]
-        return [found for found in (rule(degree, "density"), rule(CENTRE, "volumetric")) if found]
+            return [rule(self._degree, "density", "volumetric")]
+        return [found for found in (rule(self._degree, "density"), rule(CENTRE, "volumetric")) if found]
+
+    @property
+    def _degree(self) -> int:
+        return QUADRATURE_DEGREE[self.body.cell] + AROUND_DEGREE * self.axisymmetric
 
     @cached_property
-    def _point_gradients(self) -> list[sparse.csr_array]:
-        """From a field (N, dim) to its transposed gradients at a rule's points, (cells points dim, N)."""
+    def _point_gradients(self) -> list[tuple[sparse.csr_array, Any]]:
+        """From a field (N, dim) to its transposed gradients at a rule's points, (cells points dim, N).
+
+        Each with what takes displacements from the axis to u_r / r there, (cells points, N).
+        """
         kind, cells = basix.CellType[self.body.cell], self.body.cells[self._cells]
         element = basix.create_element(basix.ElementFamily.P, kind, 1, basix.LagrangeVariant.equispaced)
         corners = self.body.coordinates[cells]
         found = []
-        for degree in {QUADRATURE_DEGREE[self.body.cell]} | ({CENTRE} if self.mean_dilatation else set()):
+        for degree in {self._degree} | ({CENTRE} if self.mean_dilatation else set()):
             points = np.asarray(basix.make_quadrature(kind, degree)[0])
             table: Any = element.tabulate(1, points)
             reference: np.ndarray = np.moveaxis(table[1:, :, :, 0], 0, -1)
@@ -350,13 +378,20 @@ class Hyperelasticity(Elasticity):
             rows, corners_of = gradients[..., 0].size, np.broadcast_to(cells[:, None, None], gradients.shape)
             starts = np.arange(rows + 1) * gradients.shape[-1]
             shape = rows, len(self.body.coordinates)
-            found.append(sparse.csr_array((gradients.ravel(), corners_of.ravel(), starts), shape=shape))
+            gradient = sparse.csr_array((gradients.ravel(), corners_of.ravel(), starts), shape=shape)
+            around = None
+            if self.axisymmetric:
+                values = table[0, :, :, 0]
+                ratios = values / (corners[:, :, 0] @ values.T)[:, :, None]
+                at, of = np.arange(rows // 2 + 1) * values.shape[1], corners_of[:, :, 0].ravel()
+                around = sparse.csr_array((ratios.ravel(), of, at), shape=(rows // 2, shape[1]))
+            found.append((gradient, around))
         return found
 
     @cached_property
     def _mean_gradients(self) -> sparse.csr_array:
         """From a field (N, dim) to the means of its transposed gradients around each node, (N dim, N)."""
-        gradient, cells, d = self._point_gradients[0], self.body.cells[self._cells], self.body.dim
+        gradient, cells, d = self._point_gradients[0][0], self.body.cells[self._cells], self.body.dim
         N, points = len(self.body.coordinates), gradient.shape[0] // (d * len(cells))
         nodes = np.repeat(cells[:, None], points, axis=1)  # of each point's cell
         rows = (nodes[..., None] * d + np.arange(d)).swapaxes(2, 3).ravel()
@@ -368,7 +403,7 @@ class Hyperelasticity(Elasticity):
     @cached_property
     def _stresses(self) -> list[Any]:
         """Cauchy's stress in the middle of a cell, for each material."""
-        F = _stretch(self._end)
+        F = self._stretch(self._end)
         C, J = _right_cauchy_green(F), ufl.det(F)
         G = _in_space(F)
         kind = basix.CellType[self.body.cell]
@@ -406,10 +441,6 @@ class _Forms(dict):
     def __missing__(self, name: str) -> Any:
         self[name] = [fem.form(form, jit_options=COMPILED) for form in self._makers[name]()]
         return self[name]
-
-
-def _stretch(u: Any) -> Any:
-    return ufl.Identity(len(u)) + ufl.grad(u)
 
 
 def _cofactor(F: Any) -> Any:

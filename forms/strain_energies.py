@@ -236,6 +236,7 @@ class Cords(StrainEnergy):
     def __init__(self, matrix: StrainEnergy, stiffness: float, directions: Sequence[Sequence[float]]):
         if not stiffness >= 0.0:
             raise ValueError(f"The stiffness of the cords is {stiffness}; it must not be negative.")
+        matrix = strain_energy(matrix)
         super().__init__(**matrix.parameters, cord=stiffness)
         self.matrix, self.bears_compression = matrix, matrix.bears_compression
         self.directions = []
@@ -287,8 +288,16 @@ class OwnEnergy(StrainEnergy):
 
 
 def strain_energy(psi: Any) -> StrainEnergy:
-    """Return psi itself if it is a StrainEnergy, or the user's own function made one."""
+    """Return psi itself if it is a StrainEnergy, or the user's own function made one.
+
+    Raises
+    ------
+    ValueError
+        As `OwnEnergy`, for classes of the user's own too.
+    """
     if isinstance(psi, StrainEnergy):
+        if type(psi).__module__ != __name__:  # whose moduli nobody has looked at
+            check_rest(psi)
         return psi
     if callable(psi):
         return OwnEnergy(psi)

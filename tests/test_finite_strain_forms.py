@@ -5,7 +5,16 @@ import pytest
 import ufl
 from scipy.sparse.linalg import spsolve
 
-from forms import Cords, Elasticity, Hyperelasticity, Isotropic, MooneyRivlin, NeoHookean, StVenantKirchhoff
+from forms import (
+    Cords,
+    Elasticity,
+    Hyperelasticity,
+    Isotropic,
+    MooneyRivlin,
+    NeoHookean,
+    StrainEnergy,
+    StVenantKirchhoff,
+)
 from forms.hyperelasticity import Inverted
 from forms.strain_energies import strain_energy
 from geometry import Body, box, half_cylinder, rectangle, ring
@@ -230,6 +239,16 @@ def test_own_energies():
         strain_energy(lambda C: ufl.tr(C * C))
     with pytest.raises(ValueError, match="not float"):
         strain_energy(3.0)
+
+    class Blatz(StrainEnergy):  # a class of the user's own is looked at as a function is
+        def density(self, C, p):
+            return p["mu"] / 2 * (ufl.tr(ufl.inv(C)) - 3 + 2 * (ufl.sqrt(ufl.det(C)) - 1))
+
+    assert np.abs(Hyperelasticity(body, Blatz(mu=1.0)).internal_force(u)).max() > 0.0
+    with pytest.raises(ValueError, match="modulus of -"):
+        Hyperelasticity(body, Blatz(mu=-1.0))
+    with pytest.raises(ValueError, match="modulus of -"):
+        Cords(Blatz(mu=-1.0), 1.0, [(1, 0)])
 
 
 @pytest.mark.parametrize(

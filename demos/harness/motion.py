@@ -8,6 +8,7 @@ import numpy as np
 
 from harness.scene import Scene
 from model import History, integrate, write_road
+from model.dynamics.moving_body import RigidPart
 from model.dynamics.step_problem import save_step
 from model.results.xdmf import Series, on_body
 
@@ -48,6 +49,33 @@ def recorded(
     if save is not None:
         save_step(save, scheme, most)
     return history
+
+
+def bounced(
+    scene: Scene,
+    key: str,
+    scheme: Any,
+    velocity: np.ndarray,
+    point: dict[str, int],
+    kinetic: float,
+    fall: float,
+) -> tuple[History, list[Any]]:
+    """Throw a ring at a velocity (N, 2), note how it bounces in 130 steps; return the history and the states.
+
+    The history goes to history_KEY.csv, and of Newmark's method, the paper's, the step with the most nodes in
+    contact to problem.npz. Other parameters as for `note_motion` and `recorded`.
+    """
+    states: list[Any] = []
+    path = scene.out / f"history_{key.replace(',', '_').replace(' ', '_')}.csv"
+    save = scene.out / "problem.npz" if "," not in key else None
+    run = recorded(scheme, velocity, 130, point, path, states.append, save)
+    if scheme.body.friction is not None:
+        spin = RigidPart(scheme.body.M, scheme.body.coordinates).amounts(states[89].displacement)[2]
+        scene.result(f"spin[{key}]", spin, "rad, counter-clockwise, at 0.9 s")
+    note_motion(scene, key, run, kinetic, fall)
+    (name,) = point
+    scene.result(f"first_touch_within_step[{key}]", run.touches(name)[0], "s", fall, "sqrt(2 h / g)")
+    return run, states
 
 
 def fields_in_motion(elasticity: Any, moving: Any, boundary: str, state: Any) -> tuple[dict, dict]:

@@ -142,6 +142,26 @@ def note_turning(scene: Scene, at: str, run: Turned) -> None:
     scene.result(f"momentum_error[{at}]", history["momentum_error"].max(), "N s/m", 0.0)
 
 
+def note_paper_rings(scene: Scene, run: "Runs", mus: tuple[float, ...]) -> dict[str, Turned]:
+    """Launch the paper's ring of linear and of finite strain with each coefficient; return the runs by name.
+
+    Files are written with mu = 0.1: of finite strain the series of fields, of linear strain a step.
+    """
+    files = {
+        "finite, mu=0.1": {"path": scene.out / "ring.xdmf"},
+        "linear, mu=0.1": {"save": scene.out / "problem.npz"},
+    }
+    turns = {}
+    for mu in mus:
+        for kind in ("linear", "finite"):
+            at = f"{kind}, mu={mu:g}"
+            turns[at] = turned(*paper_ring(mu, kind == "finite"), **files.get(at, {}))
+            note_turning(scene, at, turns[at])
+            if kind == "finite":
+                run.add(turns[at].history)
+    return turns
+
+
 def inertia(scheme: Any, radius: float = 0.5) -> tuple[float, float]:
     """Mass, and I / (m R^2), of the ring as the scheme has it."""
     x = scheme.body.coordinates - scheme.body.coordinates.mean(axis=0)

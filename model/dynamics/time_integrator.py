@@ -195,13 +195,7 @@ class StepSolver:
             If the tolerance is not reached.
         """
         loop, correction = self.loop, self.correction
-        self.take_planes(normal)
-        loop.slip_rate = self.slip_rate
-        told = None
-        if loop.friction is not None:
-            places = self.places(before) if self.places is not None and loop.friction.by_place else None
-            told = loop.told((before.status == Status.SLIP).astype(np.float64), places)
-        loop.set_load(b, gap, back, told)
+        self.pose(b, gap, normal, back, before)
         e, status, cycles = np.zeros_like(b), before.status.copy(), 0
         if isinstance(correction, Condensation):
             correction.improve(e, status, b.copy(), 0.1 * self.tolerance)
@@ -214,7 +208,26 @@ class StepSolver:
             record = Record(max(self.tolerance, rounding), LIMIT, lambda: loop.sweeps - first, False)
             correction.solve(e, status, record)
             residual, cycles = record.history[-1], record.cycles
-        after = np.empty(status.size)
+        return self.outcome(e, status, back, residual, cycles)
+
+    def pose(
+        self, b: np.ndarray, gap: np.ndarray, normal: np.ndarray, back: np.ndarray, before: State
+    ) -> None:
+        """Give the loop a problem; parameters as for `solve`."""
+        loop = self.loop
+        self.take_planes(normal)
+        loop.slip_rate = self.slip_rate
+        told = None
+        if loop.friction is not None:
+            places = self.places(before) if self.places is not None and loop.friction.by_place else None
+            told = loop.told((before.status == Status.SLIP).astype(np.float64), places)
+        loop.set_load(b, gap, back, told)
+
+    def outcome(
+        self, e: np.ndarray, status: np.ndarray, back: np.ndarray, residual: float, cycles: int
+    ) -> Touch:
+        """Return how a problem ended, from the loop's last residual."""
+        loop, after = self.loop, np.empty(status.size)
         law = None if loop.friction is None else loop.friction.address
         count = self.ranks.sum(confirm_contact(loop.contact, e, loop.force, law, status, after))
         force, _ = loop.reaction(e[loop.nodes] - back)

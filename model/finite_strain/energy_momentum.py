@@ -10,7 +10,8 @@ massless, and brought into equilibrium where contact plays a part, energy never 
 Newton's method goes around the contact loop: each iteration is a contact problem for an increment, with the
 gaps of the present configuration. Its matrix is constant, 2 M / dt^2 + K / 2 turned at each node with the
 body there, and Anderson's extrapolation makes good what it lacks; where that fails, the symmetric part of the
-exact tangent takes over, damped; where that fails, the step is halved.
+exact tangent takes over, damped; where that fails, the step is halved. With correction="none" no matrix of
+the body is solved: the paper's loop visits node after node, each with what is then missing there.
 
 Source: Simo and Tarnow, Z. angew. Math. Phys. 43 (1992) 757; Gonzalez, Comput. Methods Appl. Mech. Engrg. 190
 (2000) 1763; Khenous, Laborde and Renard, Eur. J. Mech. A/Solids 27 (2008) 918.
@@ -31,6 +32,7 @@ from model.dynamics.time_integrator import State, StepSolver, Touch, Work
 from model.finite_strain.definite import shifted
 from model.finite_strain.local_rotations import LocalRotations
 from model.finite_strain.moving_body import FiniteBody
+from model.finite_strain.node_by_node import NodeByNode
 from model.finite_strain.turned_solver import TurnedSolver
 from model.node_loop.node_loop import along_road, length
 from model.problem.contact_problem import ContactProblem
@@ -38,6 +40,7 @@ from model.solvers.convergence_record import NotConverged, Record
 
 CONSTANT = 60  # iterations with the constant matrix
 EXACT = 40  # iterations with the exact tangent
+SWEEPS = 100_000  # of the paper's loop: stiff bodies of many nodes take thousands a step
 HALVINGS = 4  # of the step
 # Times the tolerance: what may be missing where the massless nodes come to rest. Their energy is least there,
 # so that it counts by its square in the ledger; forces are then good to 1e-8.
@@ -86,13 +89,15 @@ class FiniteMidpoint(Midpoint):
 
     def _end(self, before: State) -> tuple[np.ndarray, Touch]:
         """Return the displacement (N, d) at the end of a step, and what touches there."""
+        if self.correction == "none":
+            return self._iterate(before, self._by_nodes(before).sweep, SWEEPS, combined=False)
         try:
             return self._iterate(before, self._turned_increment, CONSTANT)
         except NotConverged:
             return self._iterate(before, self._exact_increment, EXACT, damped=True)
 
     def _iterate(
-        self, before: State, increment: Any, limit: int, damped: bool = False
+        self, before: State, increment: Any, limit: int, damped: bool = False, combined: bool = True
     ) -> tuple[np.ndarray, Touch]:
         """Newton's method from the guess, with `increment(before, u1, b, gap, normal, back)` for a step."""
         body, nodes = self.body, self.body.contact_nodes
@@ -125,7 +130,7 @@ class FiniteMidpoint(Midpoint):
                 if left <= good:
                     return self._checked(before, image, touch, left / forces)
             else:
-                u1 = anderson.combine(touch.increment, image)
+                u1 = anderson.combine(touch.increment, image) if combined else image
                 missing, scale = self._missing(before, load, u1, touch)
         raise NotConverged(
             f"Newton's method in the step after time {before.time:g} is not done in {limit} iterations.",
@@ -207,10 +212,20 @@ class FiniteMidpoint(Midpoint):
 
     def _exact_increment(self, last: State, u1: np.ndarray, *problem: Any) -> Touch:
         """Solve for an increment with the symmetric part of the exact tangent."""
-        K = self.body.forces.step_tangent(last.displacement, u1)
         b, gap, normal, back = problem
-        A = shifted(bsr_array(self.M * (2.0 / self.dt**2) + K, blocksize=K.blocksize), self._at_rest)
-        return self._solver_of(A, normal).solve(b, gap, normal, back, last)
+        return self._solver_of(self._exact(last, u1), normal).solve(b, gap, normal, back, last)
+
+    def _by_nodes(self, before: State) -> NodeByNode:
+        """Return the paper's loop on the step's forces."""
+        guess, load = self._guess(before), self.mean_load(before)
+        solver = self._solver_of(self._exact(before, guess), self.body.gaps(guess)[1])
+        missing = lambda u, touch: self._missing(before, load, u, touch)[0]  # noqa: E731
+        return NodeByNode(solver, before.displacement, missing, self.body)
+
+    def _exact(self, before: State, u1: np.ndarray) -> Any:
+        """Return the symmetric part of the exact tangent (N d, N d), positive definite."""
+        K = self.body.forces.step_tangent(before.displacement, u1)
+        return shifted(bsr_array(self.M * (2.0 / self.dt**2) + K, blocksize=K.blocksize), self._at_rest)
 
     def _solver_of(self, A: Any, normal: np.ndarray) -> StepSolver:
         body = self.body

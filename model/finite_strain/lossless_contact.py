@@ -67,7 +67,8 @@ class LosslessContact(EnergyMomentum):
         self._inner = np.setdiff1d(np.arange(len(body.coordinates)), body.contact_nodes)
         volume = body.elastic.body_force(np.eye(body.dim)[0]).sum()
         self._still = STILL * float(volume)
-        self._slides_freely = body.friction is None and not self.body.supported
+        flat = not body.elastic.axisymmetric  # a ring about an axis has one rigid motion, across the road or along
+        self._slides_freely = body.friction is None and not self.body.supported and flat
 
     def _end(self, before: State) -> tuple[np.ndarray, Touch]:
         """Return the displacement (N, d) at the end of a step, and what touches there."""
