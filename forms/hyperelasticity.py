@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import copy
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sparse
@@ -41,11 +41,35 @@ COMPILED = {"cffi_extra_compile_args": ["-O3", "-ffast-math", "-g0"]}
 # rounding of psi until it stalls as well. What the two points miss where dC : dC is less than this is 1.4e-11
 # of the energy in the worst step of a bouncing ring.
 SMOOTH = 1e-6
+SAME_HEIGHT = (
+    1e-9  # of the body's size: nodes that a straight cut has left so near each other are in its plane
+)
 POINTS = (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3))
 
 
 class Inverted(ValueError):
     """A cell is turned inside out."""
+
+
+class Pressure(NamedTuple):
+    """A pressure that follows a boundary.
+
+    Attributes
+    ----------
+    name : str
+    facets : (f,)
+    value : UFL
+    origin : fem.Constant
+        Where the volume is measured from, (dim,).
+    planes : list of (m,)
+        For each axis the nodes of the rim that are held along it: the origin is at their height.
+    """
+
+    name: str
+    facets: np.ndarray
+    value: Any
+    origin: Any
+    planes: list[np.ndarray]
 
 
 class Hyperelasticity(Elasticity):
@@ -108,12 +132,14 @@ class Hyperelasticity(Elasticity):
         self._matrices: dict[str, Any] = {}
         self._cells = np.arange(len(self.body.cells), dtype=np.int32)
         self._part = fem.Constant(body.mesh, 1.0)
-        self._pressures: list[tuple[str, np.ndarray, Any]] = []
+        self._pressures: list[Pressure] = []
         for name, value in (pressure or {}).items():
             if not np.isfinite(value):
                 raise ValueError(f"The pressure on {name!r} is {value}; it must be a finite number.")
+            acting, none = self._part * fem.Constant(body.mesh, float(value)), np.empty(0, dtype=int)
+            origin = fem.Constant(body.mesh, np.zeros(body.dim))
             facets = body.facet_indices(name)
-            self._pressures.append((name, facets, self._part * fem.Constant(body.mesh, float(value))))
+            self._pressures.append(Pressure(name, facets, acting, origin, [none] * body.dim))
 
     def lay_on(self, part: float) -> None:
         """Let this part of the pressures act, 1 for all."""
@@ -141,21 +167,37 @@ class Hyperelasticity(Elasticity):
         return system
 
     def _check_rims(self, system: System) -> None:
-        """Refuse a pressure on a boundary whose rim may move: it has no energy."""
-        u = np.random.default_rng(1).uniform(-0.01, 0.01, self.body.coordinates.shape)
-        self._put(u)
-        v = ufl.TestFunction(self.V)
-        for name, facets, p in self._pressures:
-            ds = boundary_measure(self.body.mesh, facets)
-            direct = fem.form(self._over(ds, p * ufl.inner(self._turned_normal(self._stretch(self._end)), v)))
-            energy = fem.form(ufl.derivative(self._pressure_energy(facets, p), self._end, v))
-            found, wanted = (fem.assemble_vector(form).array.reshape(u.shape) for form in (energy, direct))
-            rim = np.abs(found - wanted).max(axis=1) > 1e-9 * np.abs(wanted).max()
-            if not system.fixed[system.node_of[rim]].all():
+        """Refuse a pressure on a boundary whose rim may move: it has no energy.
+
+        A rim may move in a plane, as that of a half does where it is cut: volumes are measured from there.
+        """
+        X, held = self.body.coordinates, system.fixed[system.node_of]
+        u = np.random.default_rng(1).uniform(-0.01, 0.01, X.shape) * np.ptp(X)
+        in_plane = np.where(held, 0.0, u)
+        for pressure in self._pressures:
+            rim = self._has_no_energy(pressure, u).any(axis=1)
+            for axis in range(self.axisymmetric, self.body.dim):  # volumes are measured from the axis
+                nodes = np.flatnonzero(rim & held[:, axis])
+                if nodes.size and np.ptp(X[nodes, axis]) < SAME_HEIGHT * np.ptp(X):
+                    pressure.planes[axis] = nodes
+            if (self._has_no_energy(pressure, in_plane) & ~held).any():
                 raise ValueError(
-                    f"The pressure acts on {name!r}, whose rim may move, so that it has no energy; fix "
-                    "the rim's nodes, or name a boundary that closes."
+                    f"The pressure acts on {pressure.name!r}, whose rim may move, so that it has no energy; "
+                    "fix the rim's nodes, or hold them in a plane where the body is cut, or name a boundary "
+                    "that closes."
                 )
+
+    def _has_no_energy(self, pressure: Pressure, u: np.ndarray) -> np.ndarray:
+        """Tell at which unknowns (N, dim) a pressure's force at u (N, dim) is not the slope of its energy."""
+        self._put(u)
+        v, ds = ufl.TestFunction(self.V), boundary_measure(self.body.mesh, pressure.facets)
+        n = self._turned_normal(self._stretch(self._end))
+        direct = self._over(ds, pressure.value * ufl.inner(n, v))
+        energy = ufl.derivative(self._pressure_energy(pressure), self._end, v)
+        found, wanted = (
+            fem.assemble_vector(fem.form(form)).array.reshape(u.shape) for form in (energy, direct)
+        )
+        return np.asarray(np.abs(found - wanted) > 1e-9 * np.abs(wanted).max())
 
     def stiffness(self) -> sparse.bsr_array:
         """Return the tangent at rest, (N dim, N dim) in dim x dim blocks, without pressure."""
@@ -249,6 +291,10 @@ class Hyperelasticity(Elasticity):
         self._end.x.array[:] = (np.asarray(u) - shift * u[0]).ravel()
         if before is not None:
             self._start.x.array[:] = (np.asarray(before) - shift * before[0]).ravel()
+        for pressure in self._pressures:
+            for axis, nodes in enumerate(pressure.planes):
+                if nodes.size:
+                    pressure.origin.value[axis] = (self.body.coordinates + u)[nodes, axis].mean()
 
     @cached_property
     def _forms(self) -> dict[str, list[Any]]:
@@ -267,13 +313,13 @@ class Hyperelasticity(Elasticity):
         def pressed(*stretches: Any) -> list[Any]:  # by the mean of these deformations' normals
             n = sum(map(self._turned_normal, stretches[1:]), self._turned_normal(stretches[0]))
             along_n = ufl.inner(n / len(stretches), v)
-            return [self._over(boundary_measure(mesh, facets), p * along_n) for _, facets, p in acting]
+            return [self._over(boundary_measure(mesh, one.facets), one.value * along_n) for one in acting]
 
         def by(forms: list[Any], direction: Any) -> list[Any]:
             return [ufl.derivative(form, self._end, direction) for form in forms]
 
         def energy() -> list[Any]:
-            return within(lambda psi: psi(C1)) + [self._pressure_energy(facets, p) for _, facets, p in acting]
+            return within(lambda psi: psi(C1)) + [self._pressure_energy(pressure) for pressure in acting]
 
         def force() -> list[Any]:
             return by(within(lambda psi: psi(C1)), v) + pressed(F1)
@@ -293,7 +339,7 @@ class Hyperelasticity(Elasticity):
         return _Forms(made)
 
     @property
-    def _acting(self) -> list[tuple[str, np.ndarray, Any]]:
+    def _acting(self) -> list[Pressure]:
         """The pressures on facets of these cells."""
         mesh, dim = self.body.mesh, self.body.dim
         if len(self._cells) == len(self.body.cells) or not self._pressures:
@@ -301,16 +347,16 @@ class Hyperelasticity(Elasticity):
         mesh.topology.create_connectivity(dim - 1, dim)
         cell_of = mesh.topology.connectivity(dim - 1, dim)
         found = []
-        for name, facets, p in self._pressures:
-            here = np.array([cell_of.links(facet)[0] for facet in facets])
-            found.append((name, facets[np.isin(here, self._cells)], p))
-        return [pressure for pressure in found if pressure[1].size]
+        for pressure in self._pressures:
+            here = np.array([cell_of.links(facet)[0] for facet in pressure.facets])
+            found.append(pressure._replace(facets=pressure.facets[np.isin(here, self._cells)]))
+        return [pressure for pressure in found if pressure.facets.size]
 
-    def _pressure_energy(self, facets: np.ndarray, p: Any) -> Any:
+    def _pressure_energy(self, pressure: Pressure) -> Any:
         """Return - p times the volume within facets: p/d times the integral of n . x, n out of the body."""
         F, x = self._stretch(self._end), ufl.SpatialCoordinate(self.body.mesh) + self._end
-        outwards = p / F.ufl_shape[0] * ufl.inner(self._turned_normal(F), x)
-        return self._over(boundary_measure(self.body.mesh, facets), outwards)
+        outwards = pressure.value / F.ufl_shape[0] * ufl.inner(self._turned_normal(F), x - pressure.origin)
+        return self._over(boundary_measure(self.body.mesh, pressure.facets), outwards)
 
     def _stretch(self, u: Any) -> Any:
         """F, 2 x 2 in plane strain."""

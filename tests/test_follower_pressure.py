@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from forms import Hyperelasticity, NeoHookean, Support
-from geometry import Body, Plane, box, rectangle, ring
+from geometry import Body, Grid, MovingRoad, Plane, SeveralRoads, box, rectangle, ring
 from model import BodyOnRoad, EnergyMomentum, FiniteBody, FiniteContact, History, integrate
 
 pytestmark = pytest.mark.filterwarnings("ignore::model.UnresolvedWaves")
@@ -116,6 +116,46 @@ def test_tangents_step_force_and_what_it_does(dim):
     gained = elastic.strain_energy(u1) - elastic.strain_energy(u0)
     assert np.vdot(f, u1 - u0) == pytest.approx(gained, rel=1e-7)
     assert np.abs(f.sum(axis=0)).max() < 1e-12 * np.abs(f).sum()
+
+
+def arc_of_a_tube(whole):
+    """A tube about the origin, or its lower half."""
+    angle = np.linspace(np.pi, 3 * np.pi, 49)[: 48 if whole else 25]
+    points = np.array([(r * np.cos(a), r * np.sin(a)) for r in np.linspace(INNER, OUTER, 5) for a in angle])
+    number = np.arange(len(points)).reshape(5, angle.size)
+    ahead = np.roll(number, -1, axis=1)
+    if not whole:
+        number, ahead = number[:, :-1], ahead[:, :-1]
+    cells = np.stack([number[:-1], ahead[:-1], number[1:], ahead[1:]], axis=-1).reshape(-1, 4)
+    sides = {name: np.stack([number[k], ahead[k]], axis=1) for name, k in (("inner", 0), ("outer", -1))}
+    return Body.from_grid(Grid(points, cells, "quadrilateral", sides))
+
+
+def test_a_half_pressed_by_its_cut_is_half_of_a_tube_between_roads():
+    """The plane of the cut moves towards the road: the volume within is that below the cut."""
+    by, found = 0.08, []
+    for whole in (True, False):
+        body = arc_of_a_tube(whole)
+        elastic, support = Hyperelasticity(body, RUBBER, pressure={"inner": 60.0}), Support(body)
+        support.fix_node(body.nearest_node((0.0, -OUTER)), x=0.0)
+        cut = body.mark("cut", lambda x: np.abs(x[1]) < 1e-9).nodes("cut") if not whole else ()
+        for node in cut:
+            support.fix_node(int(node), y=lambda t: -by * t)
+        if whole:
+            support.fix_node(body.nearest_node((0.0, OUTER)), x=0.0)
+            for x in (-OUTER, OUTER):
+                support.fix_node(body.nearest_node((x, 0.0)), y=0.0)
+        comes = [
+            MovingRoad(Plane((0.0, -OUTER)), lambda t: (0.0, by * t)),
+            MovingRoad(Plane((0.0, OUTER), (0.0, -1.0)), lambda t: (0.0, -by * t)),
+        ]
+        road = SeveralRoads(comes) if whole else Plane((0.0, -OUTER))
+        system = elastic.system(elastic.body_force((0.0, 0.0)), support)
+        contact = BodyOnRoad(system, "outer", road)
+        solution = FiniteContact(contact).solve(steps=3)
+        up = solution.contact_force[:, 1]
+        found.append(up[up > 0.0].sum())
+    assert found[1] == pytest.approx(found[0], rel=1e-8) and found[0] > 1.0
 
 
 def test_refusals():

@@ -259,6 +259,7 @@ class TimeIntegrator(ABC):
 
     name = ""
     finite_strain = False
+    part_inside = 1.0  # of the tolerance that the contact problems within a step may miss
 
     def __new__(cls, body: MovingBody, *args: Any, **options: Any) -> "TimeIntegrator":
         """Choose by the road."""
@@ -302,7 +303,8 @@ class TimeIntegrator(ABC):
         rest = np.zeros_like(body.coordinates)
         gap, normal = body.gaps(rest)
         problem = body.problem(A, rest, body.contact_nodes, normal, np.maximum(gap, 0.0), friction)
-        solver = StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt, body.places)
+        tolerance = self.part_inside * self.tolerance
+        solver = StepSolver(problem, self.correction, tolerance, 1.0 / self.dt, body.places)
         if isinstance(solver.correction, Multigrid):
             solver.correction.take_time_steps()
         return solver

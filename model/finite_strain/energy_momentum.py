@@ -57,6 +57,7 @@ class FiniteMidpoint(Midpoint):
     turned: TurnedSolver
     iterations: int
     part_missing = 1.0  # of the tolerance that a step may miss
+    part_inside = 0.1  # each of Newton's iterations is solved well enough for the step to end there
     _rotations: LocalRotations
     _at_rest: np.ndarray
     _diagonal: float
@@ -239,7 +240,8 @@ class FiniteMidpoint(Midpoint):
             body.friction,
             prolongations=body.prolongations,
         )
-        return StepSolver(problem, self.correction, self.tolerance, 1.0 / self.dt, body.places)
+        tolerance = self.part_inside * self.tolerance
+        return StepSolver(problem, self.correction, tolerance, 1.0 / self.dt, body.places)
 
     def _mean_force(self, touch: Touch) -> np.ndarray:
         """Mean contact force (n, d) of a step."""

@@ -60,6 +60,7 @@ class LosslessContact(EnergyMomentum):
     name = "energy-momentum, lossless contact"
     bends = True
     part_missing = 0.1  # nothing else is taken, so that what is missing shows in the energy
+    part_inside = 0.01
 
     def __init__(self, body: FiniteBody, dt: float, **options: Any):
         super().__init__(body, dt, **options)
@@ -67,7 +68,9 @@ class LosslessContact(EnergyMomentum):
         self._inner = np.setdiff1d(np.arange(len(body.coordinates)), body.contact_nodes)
         volume = body.elastic.body_force(np.eye(body.dim)[0]).sum()
         self._still = STILL * float(volume)
-        flat = not body.elastic.axisymmetric  # a ring about an axis has one rigid motion, across the road or along
+        flat = (
+            not body.elastic.axisymmetric
+        )  # a ring about an axis has one rigid motion, across the road or along
         self._slides_freely = body.friction is None and not self.body.supported and flat
 
     def _end(self, before: State) -> tuple[np.ndarray, Touch]:
