@@ -19,6 +19,21 @@ def positive(**values: float) -> None:
             raise ValueError(f"{name} must be a finite number greater than 0, not {value!r}.")
 
 
+def is_tolerance(tolerance: float) -> None:
+    """Refuse a tolerance that is no part of the forces at work.
+
+    Raises
+    ------
+    ValueError
+        With its value.
+    """
+    if not (isinstance(tolerance, Real) and 0 < tolerance < 1):
+        raise ValueError(
+            f"tolerance is {tolerance!r}, but what may be missing of equilibrium is a part of the forces at "
+            "work, a number between 0 and 1."
+        )
+
+
 def poisson_ratio(nu: float, highest: float = 0.5) -> None:
     """Refuse a Poisson's ratio outside -1 < nu <= `highest`.
 
@@ -29,6 +44,23 @@ def poisson_ratio(nu: float, highest: float = 0.5) -> None:
     """
     if not (isinstance(nu, Real) and -1 < nu <= highest):
         raise ValueError(f"nu must be greater than -1 and at most {highest:g}, not {nu!r}.")
+
+
+def node_numbers(nodes: Any) -> np.ndarray:
+    """Return numbers of nodes, (n,), or refuse masks and fractions, which would pass for other nodes.
+
+    Raises
+    ------
+    ValueError
+        Naming their type.
+    """
+    nodes = np.asarray(nodes).ravel()
+    if nodes.size and nodes.dtype.kind not in "iu":
+        raise ValueError(
+            f"contact_nodes are of type {nodes.dtype}, but nodes are named by whole numbers; of a mask take "
+            "np.flatnonzero(mask)."
+        )
+    return nodes.astype(np.int64)
 
 
 def is_road(road: Any) -> None:

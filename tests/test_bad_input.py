@@ -127,11 +127,13 @@ def rebuilt(problem, **changes):
     [
         ("b", np.full((9, 2), np.nan), "b holds nan"),
         ("b", np.zeros(3), "b has shape"),
+        ("b", np.zeros((2, 9)), "b has shape"),
         ("gap", np.array([0.0, np.nan, 0.0]), "gap holds nan"),
         ("normal", np.full((3, 2), 0.5), "unit vectors"),
         ("contact_nodes", np.array([], dtype=int), "contact_nodes is empty"),
         ("contact_nodes", np.array([1, 1, 2]), "different nodes"),
         ("contact_nodes", np.array([1, 2, 99]), "different nodes"),
+        ("contact_nodes", np.array([True, True, False]), "of type bool"),
         ("coordinates", np.zeros((9, 4)), "4 columns"),
         ("A", np.eye(18), "sparse"),
         ("friction", -0.1, "mu is -0.1"),
@@ -148,6 +150,9 @@ def test_solver_options(problem):
         solve(problem, "magic")
     with pytest.raises(ValueError, match="permutation"):
         solve(problem, order=np.zeros(9, dtype=int))
+    for tolerance in (0.0, 1.0, np.nan, "small"):  # all is missing where nothing is done
+        with pytest.raises(ValueError, match="tolerance is"):
+            solve(problem, tolerance=tolerance)
 
 
 def test_files_that_are_no_problems(tmp_path):

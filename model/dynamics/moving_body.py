@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array, issparse
 
-from model.checks import is_contact, is_road
+from model.checks import is_contact, is_road, node_numbers
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_laws import as_law
 from model.node_loop.node_loop import uncoupled_unknowns
@@ -123,7 +123,7 @@ class MovingBody:
             A.sort_indices()
             setattr(self, name, A)
         is_road(self.road)
-        self.contact_nodes = np.asarray(self.contact_nodes, dtype=np.int64).ravel()
+        self.contact_nodes = node_numbers(self.contact_nodes)
         self.friction = as_law(self.friction)
         self._at_rest = self.coordinates[self.contact_nodes] if self.points is None else self.points
         self._K, self._C = block_matrix(self.K), None if self.C is None else block_matrix(self.C)

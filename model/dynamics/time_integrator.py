@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from model.checks import is_tolerance
 from model.dynamics.contact_update import advance, confirm_contact, contact_work, forget_rounding
 from model.dynamics.initial_acceleration import consistent_acceleration
 from model.dynamics.moving_body import MovingBody
@@ -272,6 +273,7 @@ class TimeIntegrator(ABC):
     def __init__(self, body: MovingBody, dt: float, correction: str = "auto", tolerance: float = TOLERANCE):
         if not (np.isfinite(dt) and dt > 0.0):
             raise ValueError(f"dt is {dt}, but a time step is a finite number > 0.")
+        is_tolerance(tolerance)
         if body.finite_strain and not self.finite_strain:
             raise ValueError(
                 f"{type(self).__name__} is for linear strain; a FiniteBody takes EnergyMomentum."

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array
 
-from model.checks import positive
+from model.checks import is_tolerance, positive
 from model.dynamics.time_integrator import StepSolver, Touch
 from model.finite_strain.definite import indefinite, shifted
 from model.finite_strain.system_forces import SystemForces
@@ -78,7 +78,7 @@ class FiniteContact:
         system = contact.system
         if system.elastic is None:
             raise ValueError("FiniteContact is for forms.Hyperelasticity; linear strain takes model.solve.")
-        positive(tolerance=tolerance)
+        is_tolerance(tolerance)
         self.contact, self.system, self.problem = contact, system, contact.problem
         self.correction, self.tolerance = correction, tolerance
         self._road = contact.road.at(0.0) if hasattr(contact.road, "at") else contact.road

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.sparse import bsr_array, csr_array, issparse
 
 from model.atomic_file import write_aside
+from model.checks import node_numbers
 from model.node_loop.friction_laws import FrictionLaw, as_law
 from model.tolerances import ON_ROAD
 
@@ -116,18 +117,8 @@ class ContactProblem:
         self.A.sort_indices()
         _finite("A", self.A.data)
         put("b", shaped("b", self.b, (N, d)))
-        put("contact_nodes", np.asarray(self.contact_nodes, dtype=np.int64).ravel())
+        put("contact_nodes", _different_nodes(self.contact_nodes, N))
         n = self.contact_nodes.size
-        if n == 0:
-            raise ValueError(
-                "contact_nodes is empty, but a contact problem needs at least one candidate node."
-            )
-        if (
-            self.contact_nodes.min() < 0
-            or self.contact_nodes.max() >= N
-            or np.unique(self.contact_nodes).size < n
-        ):
-            raise ValueError(f"contact_nodes must name different nodes from 0 to {N - 1}, each once.")
         put("normal", shaped("normal", self.normal, (n, d)))
         lengths = np.linalg.norm(self.normal, axis=1)
         worst = lengths[np.argmax(np.abs(lengths - 1.0))]
@@ -139,14 +130,7 @@ class ContactProblem:
             self.friction.nodes(np.zeros(n))  # refuses what does not fit
         reference = np.zeros((n, d)) if self.tangential_reference is None else self.tangential_reference
         put("tangential_reference", shaped("tangential_reference", reference, (n, d)))
-        put("prolongations", tuple(csr_array(P) for P in self.prolongations))
-        rows = N
-        for level, P in enumerate(self.prolongations):
-            if P.shape[0] != rows:
-                raise ValueError(
-                    f"prolongations[{level}] has {P.shape[0]} rows, but the finer mesh has {rows} nodes."
-                )
-            rows = P.shape[1]
+        put("prolongations", _nested(self.prolongations, N))
 
     @property
     def friction_coefficient(self) -> Any:
@@ -246,6 +230,27 @@ def length_scale(coordinates: np.ndarray) -> float:
     return float(np.abs(coordinates).max() + max(np.ptp(x) for x in coordinates.T))
 
 
+def _different_nodes(nodes: Any, N: int) -> np.ndarray:
+    """Return the numbers of some of N nodes, (n,), or refuse them."""
+    nodes = node_numbers(nodes)
+    if nodes.size == 0:
+        raise ValueError("contact_nodes is empty, but a contact problem needs at least one candidate node.")
+    if nodes.min() < 0 or nodes.max() >= N or np.unique(nodes).size < nodes.size:
+        raise ValueError(f"contact_nodes must name different nodes from 0 to {N - 1}, each once.")
+    return nodes
+
+
+def _nested(prolongations: Any, N: int) -> tuple[csr_array, ...]:
+    """Return prolongations between meshes of which the finest has N nodes, or refuse them."""
+    matrices = tuple(csr_array(P) for P in prolongations)
+    for level, (P, rows) in enumerate(zip(matrices, [N, *(P.shape[1] for P in matrices)])):
+        if P.shape[0] != rows:
+            raise ValueError(
+                f"prolongations[{level}] has {P.shape[0]} rows, but the finer mesh has {rows} nodes."
+            )
+    return matrices
+
+
 def _describe(A: Any) -> str:
     return f"a {type(A).__name__} of shape {getattr(A, 'shape', None)}"
 
@@ -258,8 +263,9 @@ def _finite(name: str, values: np.ndarray) -> np.ndarray:
 
 
 def shaped(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Return the values as finite numbers in that shape, or refuse them."""
+    """Return the values, in that shape or flat, as finite numbers in that shape, or refuse them."""
     values = _finite(name, values)
-    if values.size != np.prod(shape):
+    turned = min(values.ndim, len(shape)) > 1 and values.shape != shape
+    if turned or values.size != np.prod(shape):
         raise ValueError(f"{name} has shape {values.shape}, but {shape} is needed.")
     return values.reshape(shape)

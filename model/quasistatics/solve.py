@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from model.checks import is_contact
+from model.checks import is_contact, is_tolerance
 from model.problem.contact_problem import ContactProblem
 from model.quasistatics import load_stepping
 from model.quasistatics.curved_contact import CurvedContact
@@ -90,6 +90,7 @@ def solve(
     >>> bool(solution.gap.min() == 0.0 and solution.contact_force[:, 1].sum() > 0.0)
     True
     """
+    is_tolerance(tolerance)
     made = {name: options.pop(name) for name in OF_SOLVER if name in options}
     if isinstance(contact, ContactProblem):
         return ContactSolver(contact, correction, **made).solve(tolerance=tolerance, **options)
@@ -154,6 +155,7 @@ def follow(
     if isinstance(contact, ContactSolver):
         yield from load_stepping.follow(contact, steps, tolerance, **options)
         return
+    is_tolerance(tolerance)
     made = {name: options.pop(name) for name in OF_SOLVER if name in options}
     if isinstance(contact, ContactProblem):
         solver = ContactSolver(contact, correction, **made)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from model.checks import positive
+from model.checks import is_tolerance, positive
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, length, place_on_road, stop_slip_that_turned
@@ -194,7 +194,8 @@ class SharedSolver:
         began = perf_counter()
         problem, loop, owned = self.problem, self.loop, self.exchange.owned
         N, d = problem.coordinates.shape
-        positive(tolerance=tolerance, limit=limit, slip_rate=slip_rate)
+        is_tolerance(tolerance)
+        positive(limit=limit, slip_rate=slip_rate)
         trouble = ""
         try:
             b = problem.b if b is None else shaped("b", b, (N, d))[:owned]

@@ -1,15 +1,15 @@
 """Solve a contact problem: one loop, with the correction of your choice."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from model.checks import positive
+from model.checks import is_tolerance, positive
 from model.node_loop.blocks import block_matrix
 from model.node_loop.node_loop import NodeLoop, length
 from model.node_loop.status import Status
@@ -122,6 +122,20 @@ class Solution:
             "solve_seconds": self.setup_seconds + self.seconds,
             "residual": self.residual,
         }
+
+
+class Posed(NamedTuple):
+    """What one solve is about.
+
+    Load (N, d), gap (n,), where nodes stick (n, d), what the friction law is told of them (n, 1 + m), and
+    where springs hold them (n, d).
+    """
+
+    load: np.ndarray
+    gap: np.ndarray
+    reference: np.ndarray
+    state: np.ndarray
+    held: np.ndarray
 
 
 class Relaxation:
@@ -285,88 +299,33 @@ class ContactSolver:
             Where nodes with friction in space are prescribed along one axis, obliquely to the road.
         """
         began = perf_counter()
-        problem, loop = self.problem, self.loop
-        positive(tolerance=tolerance, limit=limit, slip_rate=slip_rate)
-        n = problem.contact_nodes.size
-        load = problem.b if b is None else shaped("b", b, loop.shape)
-        if gap is None:
-            gap = problem.gap
-        else:  # the distance to a plane that the road touches elsewhere may be negative
-            gap = problem.checked_gap(gap) if normal is None else shaped("gap", gap, (n,))
-        if tangential_reference is None:
-            tangential_reference = problem.tangential_reference
-        reference = shaped("tangential_reference", tangential_reference, (n, problem.dim))
-        slipped = np.zeros(n) if slipped is None else shaped("slipped", slipped, (n,))
+        is_tolerance(tolerance)
+        positive(limit=limit, slip_rate=slip_rate)
+        loop, first, steps = self.loop, self.loop.sweeps, int(self.correction.steps[0])
+        loop.slip_rate = slip_rate
         u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
-        flat, normal = normal is None, problem.normal if normal is None else normal
-        self.take_planes(normal)
+        posed = self._pose(b, gap, tangential_reference, slipped, normal, places, u[loop.nodes])
         loop.put_springs(springs)
-        held = u[loop.nodes]
-        if places is None and loop.friction is not None and loop.friction.by_place:
-            height = gap + np.einsum("ca,ca->c", normal, reference)
-            places = problem.coordinates[loop.nodes] + reference - height[:, None] * normal
-        state = loop.told(slipped, places)
-        mu = 0.0 if loop.friction is None else state[:, 1]
-        if flat:
-            self.rigid.require_balance(load, normal, mu, BALANCE)
-        else:  # on a curved road others may hold the body in the end
-            self.rigid.bears(load, normal, mu, BALANCE)
-        loop.prescribe(load, u)
-        self._require_room(u, gap, normal)
-        loop.slip_rate, first, steps = slip_rate, loop.sweeps, int(self.correction.steps[0])
+        loop.prescribe(posed.load, u)
+        self._require_room(u, posed.gap)
 
-        def put_load(base: np.ndarray, rest: np.ndarray) -> None:
-            at = base[loop.nodes]
-            loop.set_load(rest, gap_at(gap, loop.normal, at), reference - at, state)
-            if loop.springs is not None:
-                loop.pull(held - (base - bent)[loop.nodes])
-
-        self._away = ""
-        bent = np.zeros_like(u)
-        base = self.rigid.part_of(u)  # carried apart: A does not resist it, but would round it
-        u -= base
-        put_load(base, load)
-        status = loop.start(u, start_status)
-        if self.rigid.count and not status.any() and springs is None:
-            landed, self._away = self.rigid.landing(
-                load, loop.frame[:, 0], loop.coefficient, loop.gaps(u, status)
+        def opened(status: np.ndarray, history: Sequence[float] = ()) -> Record:
+            return Record(
+                tolerance,
+                limit + len(history),
+                lambda: loop.sweeps - first,
+                self.progress,
+                lambda tests: self._causes(u, status, tests, tolerance),
+                lambda: rounding_floor(loop.A, u, loop.load_size + length(loop.force)),
+                part=part,
+                history=list(history),
             )
-            base += landed
-            put_load(base, load)
-            status = loop.start(u, status)
-        record = self._record(u, status, first, tolerance, limit, part=part)
-        self.correction.solve(u, status, record)
-        load_size, least = loop.load_size, np.inf
-        while record.rounded:
-            if record.best > 0.5 * least:
-                record.give_up("the displacement in two parts is no truer than in one")
-            least = record.best
-            bent, base, before = bent + (u - self.rigid.part_of(u)), base + u, record.history
-            put_load(base, missing_at(problem.A if springs is None else bsr(loop.A), load, bent))
-            loop.load_size = load_size
-            u[:] = 0.0
-            status[:] = loop.start(u, status)
-            record = self._record(u, status, first, tolerance, limit, before)
-            self.correction.solve(u, status, record)
+
+        base, status, record = self._solve_in_parts(posed, u, start_status, opened)
         seconds = perf_counter() - began
-        spent = seconds + self._unpaid
-        setup, self._unpaid = self._unpaid, 0.0
-        gaps = loop.gaps(u, status)
-        loop.confirm(status)
-        lies = status != Status.FREE  # some by rounding only: their gap goes
-        u[loop.nodes[lies]] -= gaps[lies, None] * loop.frame[lies, 0]
-        u = base + u
-        loop.prescribe(load, u)  # rounding of the rigid part moves no support
-        distance = np.where(status == Status.FREE, gap_at(gap, normal, u[loop.nodes]), 0.0)
-        force, pressure = loop.reaction(u[loop.nodes] - reference)
+        spent, setup, self._unpaid = seconds + self._unpaid, self._unpaid, 0.0
         return Solution(
-            displacement=u,
-            contact_force=force,
-            pressure_force=pressure,
-            gap=np.maximum(distance, 0.0),
-            status=status,
-            state=np.asarray(status == Status.SLIP, dtype=np.float64),
-            unique=not self.rigid.loose(loop.frame, status, pressure).shape[1],
+            **self._outcome(posed, base, u, status),
             residual=record.history[-1],
             history=np.array(record.history),
             correction=self.correction.name,
@@ -378,6 +337,95 @@ class ContactSolver:
             setup_seconds=setup,
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
         )
+
+    def _pose(
+        self, b: Any, gap: Any, reference: Any, slipped: Any, normal: Any, places: Any, held: np.ndarray
+    ) -> Posed:
+        """Check what is given, take the rest from the problem, and see that the road can hold the body."""
+        problem, loop = self.problem, self.loop
+        n, flat = problem.contact_nodes.size, normal is None
+        load = problem.b if b is None else shaped("b", b, loop.shape)
+        gap = problem.gap if gap is None else gap
+        # the distance to a plane that the road touches elsewhere may be negative
+        gap = problem.checked_gap(gap) if flat else shaped("gap", gap, (n,))
+        reference = problem.tangential_reference if reference is None else reference
+        reference = shaped("tangential_reference", reference, (n, problem.dim))
+        slipped = np.zeros(n) if slipped is None else shaped("slipped", slipped, (n,))
+        self.take_planes(problem.normal if flat else normal)
+        if places is None and loop.friction is not None and loop.friction.by_place:
+            height = gap + np.einsum("ca,ca->c", loop.normal, reference)
+            places = problem.coordinates[loop.nodes] + reference - height[:, None] * loop.normal
+        state = loop.told(slipped, places)
+        mu = 0.0 if loop.friction is None else state[:, 1]
+        if flat:
+            self.rigid.require_balance(load, loop.normal, mu, BALANCE)
+        else:  # on a curved road others may hold the body in the end
+            self.rigid.bears(load, loop.normal, mu, BALANCE)
+        return Posed(load, gap, reference, state, held)
+
+    def _solve_in_parts(
+        self, posed: Posed, u: np.ndarray, status: np.ndarray | None, opened: Callable[..., Record]
+    ) -> tuple[np.ndarray, np.ndarray, Record]:
+        """Solve from u (N, d), which becomes the last part of the displacement; return the rest of it.
+
+        Rigid motion is carried apart, since A does not resist it but would round it; so is what was found
+        before, where its rounding leaves more than is asked for.
+        """
+        loop, rigid = self.loop, self.rigid
+        self._away, bent, base = "", np.zeros_like(u), rigid.part_of(u)
+        u -= base
+        self._put_load(posed, base, bent)
+        status = loop.start(u, status)
+        if rigid.count and not status.any() and loop.springs is None:
+            normal, gap = loop.frame[:, 0], loop.gaps(u, status)
+            landed, self._away = rigid.landing(posed.load, normal, loop.coefficient, gap)
+            base += landed
+            self._put_load(posed, base, bent)
+            status = loop.start(u, status)
+        record = opened(status)
+        self.correction.solve(u, status, record)
+        load_size, least = loop.load_size, np.inf
+        while record.rounded:
+            if record.best > 0.5 * least:
+                record.give_up("the displacement in two parts is no truer than in one")
+            least, bent, base = record.best, bent + (u - rigid.part_of(u)), base + u
+            self._put_load(posed, base, bent)
+            loop.load_size = load_size
+            u[:] = 0.0
+            status[:] = loop.start(u, status)
+            record = opened(status, record.history)
+            self.correction.solve(u, status, record)
+        return base, status, record
+
+    def _put_load(self, posed: Posed, base: np.ndarray, bent: np.ndarray) -> None:
+        """Pose the problem for what is added to a displacement `base`, of which `bent` strains the body."""
+        loop, rest, at = self.loop, posed.load, base[self.loop.nodes]
+        if bent.any():
+            rest = missing_at(self.problem.A if loop.springs is None else bsr(loop.A), rest, bent)
+        loop.set_load(rest, gap_at(posed.gap, loop.normal, at), posed.reference - at, posed.state)
+        if loop.springs is not None:
+            loop.pull(posed.held - (base - bent)[loop.nodes])
+
+    def _outcome(self, posed: Posed, base: np.ndarray, u: np.ndarray, status: np.ndarray) -> dict[str, Any]:
+        """Return the displacement base + u (N, d), on the road in contact, and what the road does to it."""
+        loop = self.loop
+        gaps = loop.gaps(u, status)
+        loop.confirm(status)
+        lies = status != Status.FREE  # some by rounding only: their gap goes
+        u[loop.nodes[lies]] -= gaps[lies, None] * loop.frame[lies, 0]
+        u = base + u
+        loop.prescribe(posed.load, u)  # rounding of the rigid part moves no support
+        distance = np.where(lies, 0.0, gap_at(posed.gap, loop.normal, u[loop.nodes]))
+        force, pressure = loop.reaction(u[loop.nodes] - posed.reference)
+        return {
+            "displacement": u,
+            "contact_force": force,
+            "pressure_force": pressure,
+            "gap": np.maximum(distance, 0.0),
+            "status": status,
+            "state": np.asarray(status == Status.SLIP, dtype=np.float64),
+            "unique": not self.rigid.loose(loop.frame, status, pressure).shape[1],
+        }
 
     def take_planes(self, normal: np.ndarray) -> None:
         """Give every candidate a plane by its unit normal (n, d), unless it has it."""
@@ -395,28 +443,33 @@ class ContactSolver:
                 stacklevel=3,
             )
 
-    def _carried_off(self) -> list[str]:
-        """Say that the body, let go, would never come to rest, or that friction alone holds it, if so."""
-        if not self._away:
-            motion = self.rigid.held_by_friction(self.loop.b, self.loop.normal)
+    def _causes(self, u: np.ndarray, status: np.ndarray, tests: list[float], tolerance: float) -> list[str]:
+        """Say why a solve may not have converged: first, if so, that the body would never come to rest.
+
+        Or that friction alone holds it.
+        """
+        loop, said = self.loop, []
+        motion = "" if self._away else self.rigid.held_by_friction(loop.b, loop.normal)
+        if self._away:
+            said = [
+                f"the load, which carries the body off in {self._away} without end, for only friction could "
+                "hold it: load it towards the road or fix it"
+            ]
+        elif motion:
             said = [
                 f"friction, which alone could hold the body against {motion} and may give less than that "
                 "takes: fix the body, or take smaller load steps"
             ]
-            return said if motion else []
-        return [
-            f"the load, which carries the body off in {self._away} without end, for only friction could hold "
-            "it: load it towards the road or fix it"
-        ]
+        return said + likely_causes(loop, u, status, tests, tolerance, self.correction.name)
 
-    def _require_room(self, u: np.ndarray, gap: np.ndarray, normal: np.ndarray) -> None:
+    def _require_room(self, u: np.ndarray, gap: np.ndarray) -> None:
         """Refuse a node that is prescribed a place below the road."""
         loop, problem = self.loop, self.problem
         still = loop.cannot_move | loop.uncoupled[loop.nodes].all(axis=1)
         if loop.uncoupled.all() or not still.any():  # a diagonal matrix prescribes nothing
             return
         there = u[loop.nodes]
-        depth = -(gap + np.einsum("ca,ca->c", normal, there))
+        depth = -(gap + np.einsum("ca,ca->c", loop.normal, there))
         depth[~still] = 0.0
         worst = int(np.argmax(depth))
         if depth[worst] > 1e-12 * length_scale(problem.coordinates):
@@ -425,29 +478,6 @@ class ContactSolver:
                 f"({', '.join(f'{x:.6g}' for x in there[worst])}), which is {depth[worst]:g} below the road; "
                 "prescribe one that leaves it above, or leave it free."
             )
-
-    def _record(
-        self,
-        u: np.ndarray,
-        status: np.ndarray,
-        first: int,
-        tolerance: float,
-        limit: int,
-        history: Sequence[float] = (),
-        part: float = 0.0,
-    ) -> Record:
-        """Open the record of a solve of u (N, d) and status (n,) that began after `first` sweeps."""
-        loop, name = self.loop, self.correction.name
-        return Record(
-            tolerance,
-            limit + len(history),
-            lambda: loop.sweeps - first,
-            self.progress,
-            lambda tests: self._carried_off() + likely_causes(loop, u, status, tests, tolerance, name),
-            lambda: rounding_floor(loop.A, u, loop.load_size + length(loop.force)),
-            part=part,
-            history=list(history),
-        )
 
 
 def choose(problem: ContactProblem) -> str:
