@@ -333,7 +333,7 @@ class Multigrid:
             rubs = self.rubs
             with supported(self.cycle.levels[0], loop.nodes[rubs], self.support[rubs]):
                 steady = 0 if self._truncate(status) else steady + 1
-                at_once = self._correct(u, status, record, steady)
+                at_once = self._correct(u, status, record, steady, idle)
 
     def take_time_steps(self) -> None:
         """Serve the steps of a run in time, whose loads are rough, and whose matrices hold much mass.
@@ -354,12 +354,13 @@ class Multigrid:
             self._condensed = Condensation(A, loop, self.rigid)
         return self._condensed
 
-    def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int) -> bool:
+    def _correct(self, u: np.ndarray, status: np.ndarray, record: Record, steady: int, idle: int) -> bool:
         """Solve for the unknowns that are linear at present, to a third while the contact set still changes.
 
-        The last one may leave the tolerance itself, for the sweep that follows leaves a third of that. Return
-        whether the next correction comes at once: slip would have turned round, and was stopped, or a node
-        has come to the road.
+        The last one may leave the tolerance itself, for the sweep that follows leaves a third of that; less
+        where sweeps undo what corrections gain, `idle` times by now, as with rubber they may. Return whether
+        the next correction comes at once: slip would have turned round, and was stopped, or a node has come
+        to the road.
         """
         loop, r, x = self.loop, self.loop.R, self.x
         scale = loop.load_size + float(np.linalg.norm(loop.force))
@@ -374,8 +375,10 @@ class Multigrid:
             r -= motion
         # without friction the problem is linear now
         newton = 0.0 if loop.friction is None else forcing(record.history)
-        part = UNSTEADY if steady == 0 else newton
+        part = newton if steady else UNSTEADY
         wanted = max(part * float(np.linalg.norm(r)), record.tolerance * scale)
+        if steady:
+            wanted *= UNSTEADY**idle
         if loop.friction is not None and np.any(status == Status.SLIP):
             record.cycles += self._with_friction(r, wanted)
         else:
