@@ -86,7 +86,8 @@ def test_a_ring_on_a_round_hill_is_told_that_it_leaves():
         resting(ring(0.5, 0.3, 40, 2), "outer", RoundRoad((0.1, -0.01), (0.0, 1.0), 3.0))
 
 
-ONCE_FAILED = (56, 88, 121, 147, 260, 266)  # grooves, holes and corners, heavy and light loads
+# grooves, holes and corners, heavy and light loads, tails of bumps, bodies that yield where rigid ones fall
+ONCE_FAILED = (56, 88, 121, 147, 260, 266, 309, 494, 744, 1246, 1341, 2142, 2176, 2635, 2841, 3865)
 
 
 @pytest.mark.parametrize("number", ONCE_FAILED)
@@ -95,11 +96,6 @@ def test_scenes_that_once_failed_are_solved(number):
     assert outcome["outcome"] == "solved", outcome["said"]
 
 
-def test_a_scene_that_once_failed_is_solved_or_says_so():
-    # on Debian 13, whose libraries round otherwise, its forces turn for ever
-    assert tried(drawn(309))["outcome"] in ("solved", "not converged")
-
-
-@pytest.mark.parametrize("number", [33, 102, 223, 259])
+@pytest.mark.parametrize("number", [33, 102, 223, 259, 770])
 def test_the_judge_sees_them_leave_too(number):
     assert tried(drawn(number))["outcome"] == "refused, confirmed"

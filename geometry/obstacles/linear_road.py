@@ -20,7 +20,7 @@ from scipy.spatial import Delaunay, QhullError
 from geometry.obstacles.plane import check_points
 
 BEYOND = 100.0  # how many of its lengths a profile goes on, flat, beyond either end
-TINY = 1e-12  # of the size of the numbers: whatever is nearer to a corner than this is on it
+TINY = 1e-14  # of the size of the numbers: whatever is nearer to a corner than this is on it
 
 
 class LinearRoad:

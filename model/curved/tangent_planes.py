@@ -7,18 +7,24 @@ road's normal there.
 
 The force on a node turns as the node moves along the road, which its plane does not know. Where the road
 is hollow the node therefore goes too far, and back, and so on for ever in a corner. So the road is looked
-at from a little below each node that touches, by as much as its force would move it: seen from there a
-hollow is less curved, by just what the turning force moves the node back, and the deepest point of a
-corner is nearest to a whole wedge of nodes, with all the normals between those of its two slopes. (In
-convex optimisation this is the projection x = P(x - f / k), k being the stiffness that the node feels.)
-On a hill the same would do harm, so of the two looks, from the node and from below it, the one counts
-that turns the normal less. What is left of creeping and overshooting Anderson's extrapolation removes, or,
-where the contact problem takes them, `springs` that resist as the road does.
+at from a little below each node that touches,
+
+    x = P(x - f / k),                                                                                  (1)
+
+P being the projection on the road, f the force: seen from there a hollow is less curved, by just what the
+turning force moves the node back, and the deepest point of a corner is nearest to a whole wedge of nodes,
+with all the normals between those of its two slopes. In a hollow any k will do; the node is looked at from as
+far below as its force would move it, and at least from as far as it has moved, so that a corner which it has
+crossed is seen as one. `springs` that resist as the road does make the iteration the semismooth Newton
+method for (1). On a hill the same would do harm, so (1) counts only where two looks, at the node and from
+below it, find points no farther apart than the looks are, as projections on convex sets do (J.-J. Moreau,
+Bull. Soc. Math. France 93 (1965) 273), and where the look from below turns the normal less. What is left of
+creeping and overshooting where there are no springs Anderson's extrapolation removes.
 
 In motion a node goes a way within a step, and its force, if it were along the normal at the end of it, would
 do work on hills and in hollows, though the road is at rest. So it is along the mean normal, corrected so that
 
-    n . (x1 - x0) = g1 - g0                                                                            (1)
+    n . (x1 - x0) = g1 - g0                                                                            (2)
 
 to the last digit (the discrete gradient of O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449, of the distance g).
 """
@@ -31,13 +37,15 @@ from model.curved.anderson_acceleration import Anderson
 from model.node_loop.contact_sweep import frames
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
+from model.tolerances import ON_ROAD
 
 # Turns of the normals below which iterations are combined: the worst of twelve scenes on round and wavy roads
 # takes 19 iterations, 18 with 0.5, 25 with 0.01.
 SMOOTH = 0.1
 FAR = 1e6  # times what counts as on the road: rounding then turns a secant by 1e-6 at most
-SHORT, LONG = 1e-7, 1e-3  # of the size: how far the road is looked at to see it bend
-STIFF = 1e4  # times its own stiffness: what a corner that holds a node resists
+DEEP = 1e6  # times what counts as on the road: rounding then turns what is seen from there by 1e-9 at most
+WIDE = 1e-4  # of the depth: how far apart the road is looked at to see it bend
+STIFF = 1e2  # times its own stiffness: what a corner that holds a node resists
 
 
 class RoadPlanes:
@@ -53,10 +61,10 @@ class RoadPlanes:
         Where nodes would stick: at the point of the road nearest to it. None where there is no friction.
     softness : (n,)
         How far a node moves by a unit of force, about.
-    near : float
-        A node so near to the road is on it.
+    size : float
+        Of the body.
     since : (gap (n,), normal (n, d), position (n, d)), optional
-        Of the nodes as a step of time began: forces shall do work by (1). Default: along the road's normals.
+        Of the nodes as a step of time began: forces shall do work by (2). Default: along the road's normals.
     ranks : OneRank or geometry.exchange.Exchange
         Who else has candidates.
 
@@ -80,55 +88,50 @@ class RoadPlanes:
         at: np.ndarray,
         sticking: np.ndarray | None,
         softness: np.ndarray,
-        near: float,
+        size: float,
         since: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
         ranks: Any = ONE_RANK,
     ):
         self.ranks = ranks
-        self.road, self.softness, self.near, self.since = road, softness.copy(), near, since
+        self.road, self.softness, self.near, self.since = road, softness.copy(), ON_ROAD * size, since
+        self._stiffest = STIFF / softness
         self.gap, self.normal, self.foot = road.closest(at)
+        lies = np.abs(self.gap) <= 0.01 * self.near  # by rounding, which would press where nothing does
+        self.gap[lies], self.foot[lies] = 0.0, at[lies]
         self.anchor, self._anchor_normal = self.foot, self.normal
         if sticking is not None:
             self.anchor = road.closest(sticking)[2]
             self._anchor_normal = road.closest(self.anchor)[1]
         self.distances: list[float] = []
+        self._at, self._moved = at, np.zeros(len(at))
         self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH, ranks)
         self._lean = np.zeros(at.shape)  # of the planes off the road's own normals
-        self.springs, self._trust = np.zeros((*at.shape, at.shape[1])), np.ones(len(at))
+        self.springs = np.zeros((*at.shape, at.shape[1]))
 
-    def bend(self, pressure: np.ndarray, size: float) -> None:
+    def bend(self, pressure: np.ndarray) -> None:
         """Find how the road resists pressures (n,) as it turns them with a node: C = - p grad n, in hollows.
 
-        The road is looked at from below by what the force would move the node. In a corner, where it bends
-        without limit, C is some times what the node itself resists. On a hill it would be negative, and is
-        left out.
-
-        Parameters
-        ----------
-        pressure : (n,)
-        size : float
-            Of the body.
+        The road is looked at from below. In a corner, where it bends without limit, C is some times what the
+        node itself resists. On a hill it would be negative, and is left out.
         """
-        d = self.normal.shape[1]
         self.springs[:] = 0.0
         pressed = np.flatnonzero(pressure)
         if not pressed.size:
             return
-        p, normal = pressure[pressed], self.normal[pressed]
-        depth = np.maximum(self.softness[pressed] * p, SHORT * size)
-        tangent = frames(normal)[:, 1:]
-        below = self.foot[pressed] - depth[:, None] * normal
-        h = np.clip(0.1 * depth, SHORT * size, LONG * size)
-        turn = np.empty((pressed.size, d - 1, d - 1))
-        for k in range(d - 1):
-            ahead, behind = (
-                self.road.closest(below + side * h[:, None] * tangent[:, k])[1] for side in (1.0, -1.0)
-            )
-            turn[:, :, k] = np.einsum("cka,ca->ck", tangent, behind - ahead) / (2 * h[:, None])
+        p, normal, foot = pressure[pressed], self.normal[pressed], self.foot[pressed]
+        depth, tangent = self._from_below(pressure)[pressed], frames(normal)[:, 1:]
+        below, h = foot - depth[:, None] * normal, np.maximum(WIDE * depth, self.near)
+        turn = np.empty((pressed.size, tangent.shape[1], tangent.shape[1]))
+        for k in range(tangent.shape[1]):
+            aside = h[:, None] * tangent[:, k]
+            (_, ahead, one), (_, behind, other) = (self.road.closest(below + x) for x in (aside, -aside))
+            apart = np.maximum(_length(one - foot), _length(other - foot))
+            hollow = apart <= 1.01 * h + self.near
+            turn[:, :, k] = np.einsum("cka,ca->ck", tangent, behind - ahead) * (hollow / (2 * h))[:, None]
         sizes, axes = np.linalg.eigh(0.5 * (turn + turn.swapaxes(1, 2)))
         seen = np.maximum(sizes, 0.0) * depth[:, None]
-        stiff = np.minimum(seen / np.maximum(1.0 - seen, 1e-300), STIFF)
-        stiff *= (self._trust[pressed] * p / depth)[:, None]
+        stiff = seen / np.maximum(1.0 - seen, 1.0 / FAR) * (p / depth)[:, None]
+        stiff = np.minimum(stiff, self._stiffest[pressed, None])
         along = np.einsum("cik,cia->cka", axes, tangent)
         self.springs[pressed] = np.einsum("cka,ck,ckb->cab", along, stiff, along)
 
@@ -143,6 +146,7 @@ class RoadPlanes:
         pressure: np.ndarray,
         steady: float,
         turned_force: np.ndarray | None = None,
+        tried: np.ndarray | None = None,
     ) -> bool:
         """Lay the planes where the nodes are now.
 
@@ -153,10 +157,12 @@ class RoadPlanes:
         status, pressure : (n,)
             What the nodes do, and their pressure forces.
         steady : float
-            Turn of a normal that does not matter.
+            Force by which a normal may turn its node's pressure; negative where planes shall follow anyway.
         turned_force : (n, d), optional
             Where the problem had `springs`: pressures together with what these pull, which is how the road
             turns them.
+        tried : (n, d), optional
+            Positions of a solution that only a part of the way was gone to: it may have met a corner.
 
         Returns
         -------
@@ -164,21 +170,25 @@ class RoadPlanes:
             True, and the planes stay, if the nodes were on the road and the normals steady.
         """
         in_contact = np.flatnonzero(status != Status.FREE)
-        self.gap, normal, foot = self._closest(at, status, self.softness * pressure, turned_force)
+        tried = at if tried is None else tried
+        self._moved, self._at = _length(tried - self._at), at
+        last = self.normal - self._lean
+        if turned_force is not None:
+            p = _length(turned_force)[:, None]
+            last = np.where(p > 0.0, turned_force / np.where(p > 0.0, p, 1.0), last)
+        below = np.where((status == Status.STICK)[:, None], self.anchor, tried)
+        self.gap, normal, foot = self._closest(at, status, below, self._from_below(pressure)[:, None] * last)
         if self.since is not None:
             self._lean[in_contact] = (
                 _working(in_contact, *self.since, normal, foot, self.near) - normal[in_contact]
             )
             normal[in_contact] += self._lean[in_contact]
         before, self._turn = self._turn, normal - self.normal
-        if turned_force is None:
-            self.softness *= _rescaled(before, self._turn)
-        else:
-            self._compare(turned_force)
+        self.softness *= _rescaled(before, self._turn)
         above = np.delete(self.gap, in_contact)
         off = max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0))
         self.distances.append(self.ranks.max(off))
-        turned = self.ranks.max(np.abs(self._turn[in_contact]).max(initial=0.0))
+        turned = self.ranks.max(float((np.abs(self._turn).max(axis=1) * pressure).max(initial=0.0)))
         if turned <= steady and self.distances[-1] <= self.near:
             self.gap[in_contact] = 0.0
             self.gap = np.maximum(self.gap, 0.0)
@@ -192,41 +202,37 @@ class RoadPlanes:
         self.normal, self.foot = normal / np.linalg.norm(normal, axis=1, keepdims=True), foot
         return False
 
-    def _compare(self, turned_force: np.ndarray) -> None:
-        """Make springs softer that foretold (n, d) more than twice the turn there was.
-
-        Beside a corner the road turns nothing, though it is seen to bend.
-        """
-        size = np.linalg.norm(turned_force, axis=1, keepdims=True)
-        foretold = np.where(size > 0.0, turned_force / np.where(size > 0.0, size, 1.0) - self.normal, 0.0)
-        square = np.sum(foretold**2, axis=1)
-        came = np.sum(foretold * self._turn, axis=1)
-        self._trust = np.where(came < 0.5 * square, 0.1 * self._trust, np.minimum(10.0 * self._trust, 1.0))
+    def _from_below(self, pressure: np.ndarray) -> np.ndarray:
+        """How far below (n,) nodes with pressures (n,) the road is looked at from."""
+        return np.maximum(np.maximum(self.softness * pressure, self._moved), DEEP * self.near)
 
     def _closest(
-        self, at: np.ndarray, status: np.ndarray, depth: np.ndarray, turned_force: np.ndarray | None
+        self, at: np.ndarray, status: np.ndarray, tried: np.ndarray, down: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), and normal and nearest point (n, d) of the road.
 
-        Nodes that stick are at their anchors. Touching nodes are seen from `depth` (n,) below where that
-        turns the normal less.
+        Nodes that stick are at their anchors. Touching nodes are seen from `down` (n, d) below where they
+        have `tried` to go (n, d) if the road is hollow and that turns the normal less.
         """
-        n, sticks, in_contact = len(at), status == Status.STICK, np.flatnonzero(status != Status.FREE)
-        seen = np.where(sticks[:, None], self.anchor, at)[in_contact]
-        last = (self.normal - self._lean)[in_contact]
-        if turned_force is not None:
-            p = np.linalg.norm(turned_force[in_contact], axis=1)
-            last = np.where(
-                p[:, None] > 0.0, turned_force[in_contact] / np.where(p > 0.0, p, 1.0)[:, None], last
-            )
-            seen = np.where(sticks[in_contact, None], seen, self.road.closest(seen)[2])
-        both = self.road.closest(np.concatenate([at, seen - depth[in_contact, None] * last]))
+        n, sticks, c = len(at), status == Status.STICK, np.flatnonzero(status != Status.FREE)
+        both = self.road.closest(np.concatenate([at, (tried - down)[c]]))
         gap, normal, foot = (values[:n] for values in both)
         below, foot_below = both[1][n:], both[2][n:]
         normal[sticks], foot[sticks] = self._anchor_normal[sticks], self.anchor[sticks]
-        steadier = np.sum((below - last) ** 2, axis=1) < np.sum((normal[in_contact] - last) ** 2, axis=1)
-        normal[in_contact[steadier]], foot[in_contact[steadier]] = below[steadier], foot_below[steadier]
+        depth = _length(down[c])
+        last = down[c] / depth[:, None]
+        turn = _length(last - normal[c])
+        hollow = (
+            _length(foot_below - foot[c]) <= 1.01 * (depth * turn + _length(tried[c] - foot[c])) + self.near
+        )
+        less = hollow & (_length(below - last) <= turn)
+        normal[c[less]], foot[c[less]] = below[less], foot_below[less]
         return gap, normal, foot
+
+
+def _length(x: np.ndarray) -> np.ndarray:
+    """Length (k,) of vectors (k, d)."""
+    return np.asarray(np.linalg.norm(x, axis=1))
 
 
 def _working(
@@ -238,7 +244,7 @@ def _working(
     foot: np.ndarray,
     near: float,
 ) -> np.ndarray:
-    """Return the unit normals (k, d) of (1) for the nodes that touch (k,).
+    """Return the unit normals (k, d) of (2) for the nodes that touch (k,).
 
     From gaps (n,), normals and positions (n, d) at the beginning of a step to normals and feet at its end.
     """

@@ -22,6 +22,7 @@ from model.curved.tangent_planes import RoadPlanes
 from model.dynamics.contact_update import forget_rounding
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator, Touch
+from model.node_loop.node_loop import length
 from model.node_loop.status import Status
 from model.quasistatics.curved_contact import ITERATIONS, extent, softness
 from model.solvers.convergence_record import NotConverged, Record
@@ -50,20 +51,21 @@ class FollowsRoad(TimeIntegrator):
         guessed = was + moved[nodes]
         carried = was + self.way(before)
         sticking = None if step.loop.friction is None else carried
-        near = ON_ROAD * extent(body.coordinates, body.ranks)
+        size = extent(body.coordinates, body.ranks)
         b = self.driven(before, moved, b, solver)
         since = None
         if isinstance(self, Midpoint) and solver == "step":
             gap, normal = self.ground(before)
             since = gap, road.closest(carried)[1] if body.road_moves else normal, carried
-        planes = RoadPlanes(road, guessed, sticking, softness(step.loop), near, since, body.ranks)
+        planes = RoadPlanes(road, guessed, sticking, softness(step.loop), size, since, body.ranks)
         last, touch = before, None
         for self.iterations in range(1, ITERATIONS + 1):
             gap = planes.gaps(guessed)
             touch = step.solve(b, gap, planes.normal, planes.anchor - guessed, last)
             pressure = np.einsum("ca,ca->c", planes.normal, touch.force)
+            steady = 10 * self.tolerance * (step.loop.load_size + length(touch.force))
             at = guessed + touch.increment[nodes]
-            if planes.follow(at, touch.status, np.maximum(pressure, 0.0), 10 * self.tolerance):
+            if planes.follow(at, touch.status, np.maximum(pressure, 0.0), steady):
                 return replace(touch, gap=np.where(touch.status == Status.FREE, planes.gap, 0.0))
             last = replace(before, status=touch.status)
         raise self._off(planes)

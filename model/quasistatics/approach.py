@@ -23,7 +23,18 @@ LONG = 0.25  # of the size: a step of a body on the road
 AWAY = 1e3  # sizes that a body falls, or slides, before it is said to have left
 DEEP = 0.1  # of a step: who comes so far below the road has been misled by the planes
 TRUE = 0.02  # and who does not even so much may go farther
+FINE = 1e-10  # of the size: nodes that hold a body at rest are as near to the road
 SMALL = 1e-9  # of the size: shorter steps lead nowhere
+
+
+class CarriedOff(ValueError):
+    """Says that a body has gone far in a motion, in words, and would go on."""
+
+    def __init__(self, motion: str, travelled: float):
+        super().__init__(
+            f"The load carries the body off in {motion}: it has gone {travelled:.3g} without an end, and "
+            "neither supports nor the road stop it; load it towards the road or fix it."
+        )
 
 
 def approach(
@@ -57,18 +68,22 @@ def approach(
 
     Raises
     ------
-    ValueError
-        If the body is carried off.
+    CarriedOff
+        If nothing stops it.
     """
     modes = rigid.at(rigid.nodes)
     unit = 1.0 / np.abs(modes).max()
-    q, step, travelled = np.zeros(rigid.count), LONG * size, 0.0
+    q, step, travelled, touching = np.zeros(rigid.count), LONG * size, 0.0, np.inf
     gap, normal, _ = road.closest(points)
     for _ in range(STEPS):
-        near = gap <= TRUE * step
+        touching = min(touching, TRUE * step)
+        near = gap <= touching
         left = rigid.driven(b, normal, mu, near)
         if not left.any() and gap.min() > -SMALL * size:
-            break
+            if touching < FINE * size:
+                break
+            touching /= 4.0
+            continue
         reach = LONG * (size + 0.1 * travelled)
         step = min(step, max(reach, float(gap.min())))
         work = np.einsum("cd,cdm->cm", normal, modes)
@@ -86,12 +101,8 @@ def approach(
             step *= 2.0
         q, gap, normal, travelled = q + move, there, next_normal, travelled + length
         if travelled > AWAY * (size + max(float(road.closest(points)[0].max()), 0.0)):
-            raise ValueError(
-                f"The load carries the body off in {rigid.in_words(left)}: it has gone {travelled:.3g} "
-                "without an end, and neither supports nor the road stop it; load it towards the road or "
-                "fix it."
-            )
-    return (rigid.modes @ q).reshape(b.shape), rigid.holding(b, normal, gap <= TRUE * step)
+            raise CarriedOff(rigid.in_words(left), travelled)
+    return (rigid.modes @ q).reshape(b.shape), rigid.holding(b, normal, gap <= touching)
 
 
 def _nearest(way: np.ndarray, work: np.ndarray, gap: np.ndarray, scale: float) -> np.ndarray:

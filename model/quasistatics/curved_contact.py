@@ -7,9 +7,9 @@ planes of the road at the nodes, with the road's own curvature as springs at the
 
 which makes it sequential quadratic programming: near the solution it converges as Newton's method does, and a
 body at the bottom of a hole, which the planes alone would let slide, is held there (J. Nocedal and S. Wright,
-Numerical Optimization, 2006, ch. 18). Far from it steps are shortened (`descent`) or bounded
-(`proximal_springs`), and a body that nothing holds is first brought to the road as a rigid one (`approach`).
-At the solution no spring pulls, so that they and their stiffness do not matter there.
+Numerical Optimization, 2006, ch. 18). Every step lowers an exact penalty function (`descent`), and is bounded
+where the planes leave a body free (`proximal_springs`); one that nothing holds is first brought to the road
+as a rigid one (`approach`). At the solution no spring pulls, so that they and their stiffness do not matter.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -21,17 +21,17 @@ import numpy as np
 
 from model.curved.tangent_planes import RoadPlanes
 from model.node_loop.status import Status
-from model.quasistatics.approach import approach
-from model.quasistatics.descent import part_of_step
+from model.quasistatics.approach import AWAY, LONG, CarriedOff, approach
+from model.quasistatics.descent import Descent
 from model.quasistatics.proximal_springs import ProximalSprings
 from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged, Record
-from model.tolerances import ON_ROAD, TOLERANCE
+from model.tolerances import TOLERANCE
 
 ITERATIONS = 200  # ten times what the worst of twelve scenes on round and wavy roads takes
 LOOSE = 0.1  # of the first residual is enough for cycles until the planes have settled: these leave as much
-IDLE = 5.0  # times the tolerance: what springs may still pull
-SHORT = 0.1  # steps of which only a smaller part is good are bounded
+SHORT = 0.1  # of the steps that the planes want: those of which less is good are bounded
+IDLE = 8.0  # times the tolerance: what springs may still pull
 
 
 class CurvedContact:
@@ -74,6 +74,7 @@ class CurvedContact:
         self.normal = solver.problem.normal
         self.foot = self.points - solver.problem.gap[:, None] * self.normal
         self.distances: list[float] = []
+        self.pressure = np.zeros(len(points))
         self.rigid = solver.rigid if isinstance(solver, ContactSolver) else None  # many ranks: held
 
     def solve(
@@ -117,22 +118,90 @@ class CurvedContact:
         ValueError
             As `ContactSolver.solve`, or if the load carries the body off along the road.
         """
-        solver, points, nodes = self.solver, self.points, self.solver.problem.contact_nodes
-        problem, loop, size = solver.problem, solver.loop, self.size
+        problem = self.solver.problem
         reference = problem.tangential_reference if tangential_reference is None else tangential_reference
         load = problem.b if options.get("b") is None else options["b"]
         u = np.zeros(problem.coordinates.shape) if start is None else start.copy()
-        pressure = self._land(road, u, load, options.get("start_status"))
-        sticking = None if loop.friction is None else points + reference
-        near = ON_ROAD * size
-        planes = RoadPlanes(road, points + u[nodes], sticking, softness(loop), near, ranks=solver.ranks)
-        if pressure.any():
-            options["start_status"] = np.where(pressure > 0.0, Status.SLIP, Status.FREE)
-            planes.bend(pressure, size)
+        status = options.pop("start_status", None)
+        status = np.zeros(len(self.points)) if status is None else np.asarray(status)
+        settle = partial(self._settle, road, self.points + reference, load, tolerance, marks, options)
+        gone: CarriedOff | None = None
+        for begin in self._beginnings(road, u, load, status):
+            if isinstance(begin, CarriedOff):
+                gone = gone or begin
+                continue
+            try:
+                return settle(*begin)
+            except CarriedOff as error:
+                gone = gone or error
+            except NotConverged:
+                if gone is None:
+                    raise
+        assert gone is not None
+        raise gone
+
+    def _beginnings(self, road: Any, u: np.ndarray, load: np.ndarray, status: np.ndarray) -> Iterator[Any]:
+        """Where to begin, one after the other as long as the load carries the body off: u, pressures, status.
+
+        From where it is on the road; from where it would rest if it were rigid; and from where it was put,
+        for one that is soft may yield and rest where it would else fall.
+        """
+        nothing = np.zeros(status.size)
+        if status.any():
+            yield u, np.where(status > 0, self.pressure, 0.0), status
+            u = np.zeros_like(u)
+        try:
+            motion, held = self._let_go(road, u, load)
+        except CarriedOff as gone:
+            yield gone
+        else:
+            if motion.any():
+                yield u + motion, held, np.where(held > 0.0, Status.SLIP, Status.FREE)
+        yield u, nothing, nothing
+
+    def _let_go(self, road: Any, u: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The motion (N, d) to where the body at u would rest if it were rigid, and pressures (n,) there."""
+        rigid, friction, nothing = self.rigid, self.solver.loop.friction, np.zeros(len(self.points))
+        if rigid is None or rigid.count == 0:
+            return np.zeros_like(u), nothing
+        at = self.points + u[rigid.nodes]
+        mu = 0.0 if friction is None else self.solver.loop.told(nothing, at)[:, 1]
+        return approach(road, at, rigid, load, mu, self.size)
+
+    def _settle(
+        self,
+        road: Any,
+        sticking: np.ndarray,
+        load: np.ndarray,
+        tolerance: float,
+        marks: Any,
+        options: dict[str, Any],
+        u: np.ndarray,
+        pressure: np.ndarray,
+        status: np.ndarray,
+    ) -> Solution:
+        """Iterate from u (N, d), pressures and status (n,); nodes stick nearest to `sticking` (n, d)."""
+        solver, points, size = self.solver, self.points, self.size
+        loop, nodes = solver.loop, solver.problem.contact_nodes
+        if self.rigid is not None:
+            loop.prescribe(load, u)
+        planes = RoadPlanes(
+            road,
+            points + u[nodes],
+            None if loop.friction is None else sticking,
+            softness(loop),
+            size,
+            ranks=solver.ranks,
+        )
+        planes.bend(pressure)
+        options = options | {"start": u, "start_status": status}
         options["places"] = planes.anchor if marks is None else marks(planes.anchor)
-        options["start"], self.distances = u, planes.distances
+        self.distances = planes.distances
         force = solver.ranks.sum(float(np.abs(solver.ranks.own(load)).sum()))
         hold = ProximalSprings(self.rigid, force / size, points.shape)
+        if pressure.any():  # it rests, about: far from there it has no business
+            hold.tighten()
+        arrived, descent = u.copy(), Descent(loop, planes, points)
         iterations: list[Solution] = []
         turns = solver.ranks.any(bool((planes.normal != planes.normal[:1]).any()))
         enough = LOOSE if turns and solver.correction.name == "multigrid" else 0.0
@@ -155,42 +224,53 @@ class CurvedContact:
                         raise
                     continue
                 iterations.append(solution)
-                status, moved = solution.status, (solution.displacement - options["start"])[nodes]
-                turn = -np.einsum("cab,cb->ca", planes.springs, moved)
-                pull = -np.einsum("cab,cb->ca", springs, moved)
-                part = 1.0
+                status, there = solution.status, solution.displacement
+                moved = (there - options["start"])[nodes]
+                turn, pull = (-np.einsum("cab,cb->ca", by, moved) for by in (planes.springs, springs))
+                reach = np.inf
                 if self.rigid is not None:
-                    part = part_of_step(loop, planes, points, u, solution, pull)
-                u = u + part * (solution.displacement - u)
+                    travelled = float(np.abs(u - arrived).max())
+                    if travelled > AWAY * size and self.rigid.count:
+                        motion = self.rigid.modes.T @ (u - arrived).ravel()
+                        raise CarriedOff(self.rigid.in_words(motion), travelled)
+                    reach = LONG * (size + travelled)
+                    longest = reach / float(np.abs(there - u).max() or reach)
+                    lower = descent.step(u, solution, pull, longest)
+                    there = u if lower is None else lower
+                wanted, gone = (float(np.abs(x - u).max()) for x in (solution.displacement, there))
+                short = gone < SHORT * min(wanted, reach)
+                u, whole = there, there is solution.displacement
                 nothing_to_do = solution.history.size == 1
-                settled = planes.follow(
+                scale = loop.load_size + _norm(solution.contact_force, solver.ranks)
+                idle = _norm(pull, solver.ranks) <= IDLE * tolerance * scale
+                over = idle and whole and solution.residual <= tolerance
+                steady = np.inf if nothing_to_do else 10 * tolerance * scale
+                if planes.follow(
                     points + u[nodes],
                     status,
                     solution.pressure_force,
-                    np.inf if nothing_to_do else 10 * tolerance,
-                    solution.pressure_force[:, None] * planes.normal + part * turn,
-                )
-                idle = solver.ranks.max(float(np.linalg.norm(pull))) <= IDLE * tolerance * force
-                solved = enough == 0.0 or solution.residual <= tolerance
-                if settled and idle and part == 1.0 and solved:
+                    steady if over else -1.0,
+                    solution.pressure_force[:, None] * planes.normal + turn,
+                    points + solution.displacement[nodes],
+                ):
                     self.normal, self.foot = planes.normal, planes.foot
+                    self.pressure = solution.pressure_force
                     return _all_iterations(iterations, planes.gap)
-                if settled:
+                if len(self.distances) > 1 and self.distances[-1] >= 0.5 * self.distances[-2]:
                     enough = 0.0
-                if part < SHORT:
+                if short or (idle and not whole):
                     hold.tighten()
-                else:
+                elif whole:
                     hold.loosen()
                 guess, touches = u.copy(), np.flatnonzero(status)
-                if not settled:
-                    guess[nodes[touches]] = (planes.foot - points)[touches]
-                planes.bend(solution.pressure_force, size)
+                guess[nodes[touches]] = (planes.foot - points)[touches]
+                planes.bend(solution.pressure_force)
                 options |= {"start": guess, "start_status": status}
         finally:
             loop.put_springs(None)
         raise NotConverged(
             f"No convergence on the curved road: after {ITERATIONS} iterations nodes "
-            f"are {self.distances[-1]:.1e} "
+            f"are {self.distances[-1] if self.distances else np.inf:.1e} "
             "off it, or their forces still turn; take smaller load steps, or refine the body where the road "
             "is sharper than its elements.",
             Record(
@@ -202,21 +282,6 @@ class CurvedContact:
                 cycles=sum(s.cycles for s in iterations),
             ),
         )
-
-    def _land(self, road: Any, u: np.ndarray, load: np.ndarray, status: Any) -> np.ndarray:
-        """Bring a body that nothing holds, and that touches nothing yet, to the road; u (N, d) in place.
-
-        Return the pressures (n,) that hold it there, about; zero if it need not move.
-        """
-        solver, pressure = self.solver, np.zeros(len(self.points))
-        rigid, friction = self.rigid, solver.loop.friction
-        if rigid is None or rigid.count == 0 or (status is not None and np.any(status)):
-            return pressure
-        at = self.points + u[rigid.nodes]
-        mu = 0.0 if friction is None else solver.loop.told(pressure, at)[:, 1]
-        motion, found = approach(road, at, rigid, load, mu, self.size)
-        u += motion
-        return found if motion.any() else pressure
 
     def follow(
         self, road: Any, steps: Iterable[tuple[float, np.ndarray]], **options: Any
@@ -252,6 +317,11 @@ class CurvedContact:
 def extent(coordinates: np.ndarray, ranks: Any) -> float:
     """Return the longest extent along an axis of points (N, d) that ranks may share."""
     return max(ranks.max(x.max()) + ranks.max(-x.min()) for x in coordinates.T)
+
+
+def _norm(x: np.ndarray, ranks: Any) -> float:
+    """Euclidean norm of values at the candidates of all ranks."""
+    return float(np.sqrt(ranks.sum(float(np.vdot(x, x)))))
 
 
 def softness(loop: Any) -> np.ndarray:

@@ -1,16 +1,14 @@
-"""How far to go to a solution on planes, where the road itself is curved.
+"""How far to go to a solution on planes, where the road itself is curved: the exact penalty function falls.
 
-Far from the solution of the whole a full step may overshoot: a node goes beyond the corner of a groove along
-one slope, and back beyond it along the other, for ever. A step is therefore halved as long as that lowers the
-augmented Lagrangian of the problem on the road itself,
+A step goes to the solution on planes, or only a part of the way, so that
 
-    L(u) = 1/2 u.A u - b.u + sum bound |slip| + sum ((p - rho g(u))_+^2 - p^2) / (2 rho),                (1)
+    phi(u) = 1/2 u.A u - b.u + sum bound |slip| + nu sum max(0, -g(u))                                  (1)
 
-p being the pressures, rho the nodes' own stiffness (R. T. Rockafellar, J. Optim. Theory Appl. 12 (1973) 555).
-It has no kink at g = 0, so that it lets full steps of Newton's pass near the solution.
+falls: sequential quadratic programming of S. P. Han, J. Optim. Theory Appl. 22 (1977), with the penalty of
+M. J. D. Powell, Math. Program. 14 (1978), which follows the pressures. It asks no more than these of a node
+below the road, so that a hard body under a light load may go as far as its planes are true. In corners, and
+wherever the penalty stops good steps, nodes below the road are put on it: a second-order correction.
 """
-
-from typing import Any
 
 import numpy as np
 
@@ -19,56 +17,100 @@ from model.node_loop.blocks import defect
 from model.node_loop.node_loop import NodeLoop, along_road
 from model.solvers.contact_solver import Solution
 
-LEAST = 1e-3  # of a step
-SLIGHT = 0.1  # of what its force moves a node: nodes that come nearer to the road have not overshot
+HALVINGS = 10  # of a step: a shorter one is worth no solve
+ENOUGH = 1e-2  # of what the planes promise (Armijo)
 ROUNDING = 1e-10  # of the energies at work
+PENALTY = 1.5  # times the largest pressure; beyond 1 it is exact
 
 
-def part_of_step(
-    loop: NodeLoop, planes: RoadPlanes, points: np.ndarray, here: np.ndarray, solution: Solution, pull: Any
-) -> float:
-    """Return the part of the step from `here` to a solution that lowers (1) most, of 1, 1/2, 1/4, ...
+class Descent:
+    """Steps by which (1) falls.
 
     Parameters
     ----------
     loop : NodeLoop
-        With the matrix, springs and friction of the solution.
     planes : RoadPlanes
-        On which the solution was found.
     points : (n, d)
         Candidates at zero displacement.
-    here : (N, d)
-        Displacement from which the step goes.
-    solution : Solution
-    pull : (n, d)
-        Forces of the springs at the solution.
     """
-    nodes, p, rho = loop.nodes, solution.pressure_force, 1.0 / planes.softness
-    way = solution.displacement - here
-    start, step = points + here[nodes], way[nodes]
-    touches = solution.status > 0
-    gap = planes.road.closest(start + step)[0]
-    off = max(np.abs(gap[touches]).max(initial=0.0), -gap[~touches].min(initial=0.0))
-    if off <= SLIGHT * float((p * planes.softness).max(initial=0.0)) or way[loop.uncoupled].any():
-        return 1.0
-    product = np.zeros_like(way)
-    defect(way.shape[1])(loop.A, product.copy(), way, product)
-    stretch = -float(np.vdot(way, product))
-    if loop.springs is not None:
-        stretch -= float(np.einsum("ca,cab,cb->", step, loop.springs, step))
-    slope = float(np.vdot(solution.contact_force + pull, step)) - stretch
-    bound = np.asarray(loop.coefficient * p)
 
-    def lagrangian(part: float) -> float:
-        at = start + part * step
-        gap, normal, _ = planes.road.closest(at)
-        slip = np.linalg.norm(along_road(at - planes.anchor, normal), axis=1)
-        pressed = np.maximum(p - rho * gap, 0.0)
-        barrier = float(np.sum((pressed**2 - p**2) / (2 * rho)) + np.sum(bound * slip))
-        return part * slope + 0.5 * part**2 * stretch + barrier
+    def __init__(self, loop: NodeLoop, planes: RoadPlanes, points: np.ndarray):
+        self.loop, self.planes, self.points, self.penalty = loop, planes, points, 0.0
 
-    part, value = 1.0, lagrangian(1.0)
-    noise = ROUNDING * (abs(slope) + abs(stretch) + abs(value))
-    while part > LEAST and (half := lagrangian(0.5 * part)) < value - noise:
-        part, value = 0.5 * part, half
-    return part if value < lagrangian(0.0) + noise else 1.0
+    def step(
+        self, here: np.ndarray, solution: Solution, pull: np.ndarray, longest: float
+    ) -> np.ndarray | None:
+        """Return where to go from `here` towards a solution, (N, d); None if no part of the way lowers (1).
+
+        Parameters
+        ----------
+        here : (N, d)
+        solution : Solution
+            On the planes, the loop's springs at rest at `here`.
+        pull : (n, d)
+            Forces of the springs at the solution.
+        longest : float
+            Part of the way that is the most. Up to the whole it is halved until (1) falls; beyond, where
+            springs or hills have kept the step short and there is no friction, doubled as long as it falls.
+        """
+        loop, road = self.loop, self.planes.road
+        nodes, p = loop.nodes, solution.pressure_force
+        largest = PENALTY * float(p.max(initial=0.0))
+        nu = self.penalty = max(largest, 0.5 * (self.penalty + largest))
+        way = np.where(loop.uncoupled, 0.0, solution.displacement - here)
+        start, move = self.points + here[nodes], way[nodes]
+        resisted = self._times(way)
+        stretch, work = float(np.vdot(way, resisted)), solution.contact_force + pull
+        slope = float(np.vdot(work, move) - np.vdot(loop.R, way)) - stretch
+        bound = np.asarray(loop.coefficient * p)
+
+        def friction(at: np.ndarray, normal: np.ndarray) -> float:
+            slip = np.linalg.norm(along_road(at - self.planes.anchor, normal), axis=1)
+            return float(np.sum(bound * slip))
+
+        def penalised(part: float) -> tuple[float, np.ndarray]:
+            """What (1) changes by a part of the way, and what puts nodes (n, d) back that are below then."""
+            at = start + part * move
+            gap, normal, foot = road.closest(at)
+            under = np.maximum(-gap, 0.0)
+            change = part * slope + 0.5 * part**2 * stretch + nu * under.sum() + friction(at, normal)
+            return float(change) - before, np.where((under > 0.0)[:, None], foot - at, 0.0)
+
+        gap, normal, _ = road.closest(start)
+        rubs = friction(start, normal)
+        before = rubs + nu * float(np.maximum(-gap, 0.0).sum())
+        rubbed = friction(start + move, road.closest(start + move)[1])
+        promised = slope + 0.5 * stretch + rubbed - before
+        noise = ROUNDING * (abs(slope) + abs(stretch) + before) + nu * self.planes.near
+        part = min(longest, 1.0)
+        for _ in range(HALVINGS):
+            change, under = penalised(part)
+            enough = ENOUGH * part * promised + noise
+            if promised > -noise or change <= enough:
+                break
+            back = np.zeros_like(way)
+            back[nodes] = np.where(loop.uncoupled[nodes], 0.0, under)
+            at, left = start + part * move, work - loop.R[nodes] - (1.0 - part) * resisted[nodes]
+            change = part * slope + 0.5 * part**2 * stretch + friction(at + under, road.closest(at)[1])
+            change += float(np.vdot(left, back[nodes]) + 0.5 * np.vdot(back, self._times(back)))
+            if change - before <= enough:
+                return here + part * way + back
+            part *= 0.5
+        else:
+            return None
+        sure = loop.friction is None and ENOUGH * promised < -noise
+        while sure and 1.0 <= part <= 0.5 * longest:
+            farther = penalised(2.0 * part)[0]
+            if farther > change + ENOUGH * promised:
+                break
+            part, change = 2.0 * part, farther
+        return solution.displacement if part == 1.0 else here + part * way
+
+    def _times(self, way: np.ndarray) -> np.ndarray:
+        """What the body, its springs apart, resists a way (N, d)."""
+        product = np.zeros_like(way)
+        defect(way.shape[1])(self.loop.A, product.copy(), way, product)
+        if self.loop.springs is not None:
+            nodes = self.loop.nodes
+            product[nodes] += np.einsum("cab,cb->ca", self.loop.springs, way[nodes])
+        return -product

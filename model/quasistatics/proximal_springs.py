@@ -45,7 +45,7 @@ class ProximalSprings:
         """Make the springs stiffer; False where that is of no use."""
         if self.rigid is None or self.rigid.count == 0 or self.unit == 0.0 or self.stiffness >= MOST:
             return False
-        self.stiffness = max(TIMES * self.stiffness, FIRST)
+        self.stiffness = TIMES * self.stiffness or FIRST
         return True
 
     def loosen(self) -> None:

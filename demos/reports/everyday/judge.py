@@ -22,6 +22,7 @@ TOLERANCE = 1e-9  # of the forces at work; solutions are asked for with a natura
 CONIC = 1e-6  # of force squared times softness; what the conic solver is asked for, 1e-8, and a margin
 DRIVEN = 1e-7  # power of a unit of load in a rigid motion of unit size, beyond which it counts
 NOT_MOVED = 1e-6  # of the load: motions below it are what the conic solver leaves of none
+FINEST = 1e-5  # of a step: nodes on whose holding a body is said to rest are as near to the road
 LANDINGS = 100  # nodes that may arrive one after the other
 ROAD_STEPS, FAR = 1000, 100.0  # of a body let go on a road: at most, and sizes that are far
 CLOSE = 1e3  # elastic displacements within which a node may touch
@@ -335,18 +336,21 @@ def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
         Z.T @ posed.b.ravel() / strength,
         float(np.ptp(posed.coordinates, axis=0).max()),
     )
-    first, net = float(np.abs(road.closest(points)[0]).max()), 0.0
+    first, net, touching = float(np.abs(road.closest(points)[0]).max()), 0.0, 1e-2
     for _ in range(ROAD_STEPS):
         gap, normal, _ = road.closest(points + at @ q)
         step = 0.05 * (size + net)
         local = np.einsum("cta,cam->ctm", _frames(normal), at)
-        near, reach = gap <= 1e-2 * step, gap <= 4 * step
+        near, reach = gap <= touching * step, gap <= 4 * step
         held = [-np.concatenate([part[:1], posed.mu * part[1:]]) for part in local[near]]
         cones = [clarabel.SecondOrderConeT(d) for _ in held] + [clarabel.ZeroConeT(1)]
         rows = csr_array(np.concatenate([*held, np.zeros((1, m))]))
         _, drive, found = _minimum(csc_array(np.eye(m)), -load, rows, np.zeros(rows.shape[0]), cones)
         if not found or np.linalg.norm(drive) < NOT_MOVED:
-            return False
+            if not found or touching < FINEST:
+                return False
+            touching /= 10.0
+            continue
         way = step * drive / np.abs(at @ drive).max()
         unit = float(np.linalg.norm(way))
         rows, right = -local[reach, 0] * unit / step, gap[reach] / step

@@ -19,6 +19,7 @@ from .judge import (
     Posed,
     complaints,
     driven_power,
+    free_motions,
     gives_way,
     leaves,
     never_rests,
@@ -156,7 +157,7 @@ def _posed(scene: Scene, b: np.ndarray | None = None, reference: np.ndarray | No
 def _correction(scene: Scene) -> str:
     """The correction that the scene asks for; the plain loop only where it comes to an end."""
     name = scene.words["correction"]
-    held = scene.words["support"] not in ("none", "one node along x", "pinned node", "springs")
+    held = not free_motions(_posed(scene)).shape[1] and scene.words["support"] != "springs"
     small = len(scene.pressed.problem.coordinates) <= SMALL_ENOUGH
     return "direct" if name == "none" and not (small and held) else name
 
