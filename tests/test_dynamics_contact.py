@@ -42,6 +42,19 @@ def test_no_overlap_no_tension_and_inside_the_cone(scheme, friction):
         assert after.residual < 1e-10
 
 
+def test_friction_at_its_limit_does_no_work_by_itself():
+    """A block at rest whose ends are about to slip: what steps leave unbalanced would pump the noise up."""
+    moving = block(0.3)
+    gap, normal = moving.gaps(np.zeros_like(moving.coordinates))
+    load, nodes = moving.load_at(0.0), moving.contact_nodes
+    problem = ContactProblem(moving.K, load, moving.coordinates, nodes, normal, gap, 0.3)
+    u = solve(problem, "direct", tolerance=1e-13).displacement
+    noise = 1e-11 * np.random.default_rng(0).standard_normal(u.shape)
+    noise[nodes] = 0.0
+    scheme = Newmark(moving, 0.01)
+    assert max(after.residual for _, after in steps(scheme, scheme.start(u * (1.0 + noise)), 20)) < 1e-14
+
+
 def test_first_touch_within_the_step():
     moving, velocity = bouncing_ring()
     scheme = Newmark(moving, 0.01)

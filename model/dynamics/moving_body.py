@@ -309,8 +309,8 @@ class MovingBody:
         return replace(self, load=load, support_force=None)
 
     def strain_energy(self, u: np.ndarray) -> float:
-        """Elastic energy at displacement u (N, d)."""
-        x = self._strained(u).ravel()
+        """Elastic energy at displacement u (N, d) of what is not prescribed, which is a load on the rest."""
+        x = np.where(self.prescribed, 0.0, self._strained(u)).ravel()
         return 0.5 * float(self.ranks.sum(x @ (self.K @ x)))
 
     def stiffness_at(self, u: np.ndarray) -> Any:

@@ -8,7 +8,7 @@ motion at the end of the step becomes
 
     (M / (beta dt^2) + gamma / (beta dt) C + K) e = load - K u* - C v* + contact forces.
 
-For beta = 1/4, gamma = 1/2 and without friction and damping, the energy changes per step by
+For beta = 1/4, gamma = 1/2, on a flat road and without friction and damping, the energy changes per step by
 1/2 sum (p0 + p1)(g1 - g0), p the nodal contact forces: it loses at impact and gains at release.
 """
 
@@ -79,7 +79,8 @@ class Newmark(TimeIntegrator):
         mean = (1.0 - gamma) * before.contact_force + gamma * touch.force
         work = self.work(mean, change, before, touch.gap)
         work.damping = self.damping_work(0.5 * (v0 + v1), change)
-        work.numerical = work.normal if (beta, gamma) == (0.25, 0.5) else np.nan
+        flat = getattr(self.body.road, "flat", False)  # where normals turn, p does not work on gaps alone
+        work.numerical = work.normal if flat and (beta, gamma) == (0.25, 0.5) else np.nan
         return self.after(
             before,
             touch,

@@ -90,7 +90,7 @@ class Ledger:
         entry.friction = last.friction - work.friction
         entry.contact_work = last.contact_work + work.normal
         change = after.displacement - before.displacement
-        load = integrator.mean_load(before)
+        load = free_part(integrator, integrator.mean_load(before))
         entry.load_work = last.load_work + work.road
         if callable(integrator.body.load):
             entry.load_work += entry.potential - last.potential + ranks.dot(load, change) + work.load
@@ -114,15 +114,20 @@ class Ledger:
         kinetic, strain, potential = energies(self.integrator, state)
         total = kinetic + strain + potential
         error = 0.0 if body.floats else np.nan
-        momentum = body.ranks.sum(np.where(body.prescribed, 0.0, momenta).sum(axis=0))
+        momentum = body.ranks.sum(free_part(self.integrator, momenta).sum(axis=0))
         return Entry(kinetic, strain, potential, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, total, momentum, error)
+
+
+def free_part(integrator: TimeIntegrator, values: np.ndarray) -> np.ndarray:
+    """Values (N, d) of what moves by itself: supports are driven, and what they do is a load on the rest."""
+    return np.where(integrator.body.prescribed, 0.0, values)
 
 
 def energies(integrator: TimeIntegrator, state: State) -> tuple[float, float, float]:
     """Kinetic, strain and load energy of a state."""
     body = integrator.body
-    v = np.where(body.prescribed, 0.0, state.velocity).ravel()  # supports are driven, not carried on
-    potential = -body.ranks.dot(body.load_at(state.time), state.displacement)
+    v = free_part(integrator, state.velocity).ravel()
+    potential = -body.ranks.dot(free_part(integrator, body.load_at(state.time)), state.displacement)
     return (
         0.5 * float(body.ranks.sum(v @ (integrator.M @ v))),
         body.strain_energy(state.displacement),
