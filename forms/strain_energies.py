@@ -270,13 +270,20 @@ class OwnEnergy(StrainEnergy):
     Raises
     ------
     ValueError
-        If psi minds rotations, or rest is not its stable minimum.
+        If psi is no function of a 3 x 3 matrix, minds rotations, or rest is not its stable minimum.
     """
 
     def __init__(self, psi: Callable[[Any], Any]):
         super().__init__()
         names = list(inspect.signature(psi).parameters)
         self.psi = psi
+        try:
+            psi(ufl.Identity(3))
+        except Exception as error:
+            raise ValueError(
+                f"The energy density fails at rest ({error}); it takes one 3 x 3 matrix, in the plane too, and "
+                "returns UFL."
+            ) from error
         if names[:1] == ["F"]:
             check_indifference(psi)
             self.psi = lambda C: psi(cholesky(C))

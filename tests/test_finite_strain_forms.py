@@ -237,6 +237,8 @@ def test_own_energies():
         strain_energy(lambda C: -ufl.inner(C - ufl.Identity(3), C - ufl.Identity(3)))
     with pytest.raises(ValueError, match="leaves a stress"):
         strain_energy(lambda C: ufl.tr(C * C))
+    with pytest.raises(ValueError, match="3 x 3 matrix, in the plane too"):
+        strain_energy(lambda C: ufl.inner(C - ufl.Identity(2), C - ufl.Identity(2)))
     with pytest.raises(ValueError, match="not float"):
         strain_energy(3.0)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, StVenantKirchhoff, Support
-from geometry import Body, Grid, MovingRoad, Plane, RoundRoad, SeveralRoads, box, rectangle, ring
+from geometry import Body, Grid, LinearRoad, MovingRoad, Plane, RoundRoad, SeveralRoads, box, rectangle, ring
 from model import BodyOnRoad, FiniteContact, NotConverged, solve
 
 
@@ -137,6 +137,26 @@ def test_what_cannot_be_pressed_further_says_so():
     linear = Elasticity(body, Isotropic(1e3, 0.3))
     with pytest.raises(ValueError, match="linear strain takes model.solve"):
         FiniteContact(BodyOnRoad(linear.system(linear.body_force((0.0, -1.0))), "bottom", Plane()))
+
+
+@pytest.mark.parametrize("mu", [None, 0.5])
+def test_the_road_alone_holds_what_lies_on_it(mu):
+    """No supports: a block under its weight, and with friction a ring in a groove."""
+    body = Body.from_grid(rectangle(1.0, 0.5, 8, 4, corner=(0.0, 0.05)))
+    elastic = Hyperelasticity(body, NeoHookean(1000.0, 0.3))
+    lies = BodyOnRoad(elastic.system(elastic.body_force((0.0, -100.0))), "bottom", Plane(), friction=mu)
+    assert FiniteContact(lies).solve().contact_force.sum(axis=0) == pytest.approx([0.0, 50.0], abs=1e-9)
+    body = Body.from_grid(ring(0.5, 0.2, 48, 4, lowest=(0.0, 0.0)))
+    elastic = Hyperelasticity(body, NeoHookean(1000.0, 0.3))
+    weight = elastic.body_force((0.0, -9.81))
+    groove = LinearRoad([-2.0, 0.0, 2.0], [1.79, -0.21, 1.79])
+    rolls = FiniteContact(BodyOnRoad(elastic.system(weight), "outer", groove, friction=mu))
+    if mu is None:
+        with pytest.raises(NotConverged, match="support it against rolling"):
+            rolls.solve(steps=3)
+    else:
+        held = rolls.solve(steps=3).contact_force.sum(axis=0)
+        assert held == pytest.approx(-weight.sum(axis=0), abs=1e-9)
 
 
 def pressed_block(nu, mu=None, cells=(16, 8), by=0.5):

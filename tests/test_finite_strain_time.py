@@ -255,6 +255,8 @@ def test_refusals():
         scheme.start(
             displacement=np.stack([-2.0 * finite.coordinates[:, 0], 0 * finite.coordinates[:, 0]], axis=1)
         )
+    with pytest.raises(ValueError, match=r"has shape \(3, 2\)"):
+        scheme.start(displacement=np.zeros((3, 2)))
     kirchhoff = EnergyMomentum(
         ring_above_road(around=24, across=3, energy=StVenantKirchhoff(1000.0, 0.3)), 0.01
     )
@@ -285,6 +287,8 @@ def test_the_exact_tangent_finds_what_the_constant_matrix_finds(monkeypatch):
 def test_a_shift_makes_a_matrix_definite_and_leaves_a_definite_one_alone():
     A = bsr_array(np.diag([2.0, -1.0, 3.0, 1.0]), blocksize=(2, 2))
     assert indefinite(A) and not indefinite(shifted(A, np.ones(4)))
+    free = bsr_array(np.kron(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.eye(2)), blocksize=(2, 2))
+    assert not indefinite(free) and indefinite(bsr_array(free - np.diag([3.0, 0, 0, 0]), blocksize=(2, 2)))
     assert shifted(A @ A, np.ones(4)).toarray() == pytest.approx((A @ A).toarray())
 
 

@@ -331,8 +331,9 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
         ValueError
             As `TimeIntegrator.start`, and for a displacement that turns a cell inside out.
         """
-        if displacement is not None:
-            self.body.forces.check_volume(np.asarray(displacement), "The start")
+        u = np.asarray(0.0 if displacement is None else displacement)
+        if u.shape == self.body.coordinates.shape and np.isfinite(u).all():
+            self.body.forces.check_volume(u, "The start")
         return super().start(displacement, velocity)
 
     def _two_halves(self, before: State, began: float) -> State:

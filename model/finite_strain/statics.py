@@ -26,6 +26,7 @@ from model.finite_strain.system_forces import SystemForces
 from model.node_loop.node_loop import along_road, length
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
+from model.problem.rigid_modes import rigid_motions
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
 
@@ -280,10 +281,16 @@ class FiniteContact:
             )
 
     def _stopped(self, at: float, error: NotConverged) -> NotConverged:
+        size = self.system.coordinates.size
+        motions = rigid_motions(self.system.coordinates).reshape(size, -1)
+        held = motions[self.system.fixed.ravel()]
+        free = held.size == 0 or np.linalg.matrix_rank(held) < motions.shape[1]
         soft = [e for e in self.system.elastic.energies if not e.bears_compression]
         remedy = (
             "St. Venant and Kirchhoff's material softens in compression: NeoHookean bears it"
             if soft
+            else "nothing but the road holds the body as a whole: support it against rolling or sliding away"
+            if free
             else "refine the mesh where cells are pressed flat, or load by a motion instead of a force"
         )
         return NotConverged(
