@@ -281,8 +281,8 @@ class OwnEnergy(StrainEnergy):
             psi(ufl.Identity(3))
         except Exception as error:
             raise ValueError(
-                f"The energy density fails at rest ({error}); it takes one 3 x 3 matrix, in the plane too, and "
-                "returns UFL."
+                f"The energy density fails at rest ({error}); it takes one 3 x 3 matrix, in the plane too, "
+                "and returns UFL."
             ) from error
         if names[:1] == ["F"]:
             check_indifference(psi)
