@@ -5,7 +5,7 @@ import pytest
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Grid, LinearRoad, Plane, box, half_cylinder, rectangle
-from model import BodyOnRoad, ContactProblem, MovingBody, solve
+from model import BodyOnRoad, ContactProblem, MovingBody, friction_law, solve
 
 
 @pytest.fixture(scope="module")
@@ -150,6 +150,11 @@ def test_solver_options(problem):
         solve(problem, "magic")
     with pytest.raises(ValueError, match="permutation"):
         solve(problem, order=np.zeros(9, dtype=int))
+    with pytest.raises(ValueError, match="start_status"):
+        solve(problem, start_status=np.full(3, 9))
+    for law in (lambda p, s, slipped: -p, lambda p, s, slipped: p / 0.0):
+        with pytest.raises(ValueError, match="a finite number >= 0"):
+            solve(rebuilt(problem, friction=friction_law(law)))
     for tolerance in (0.0, 1.0, np.nan, "small"):  # all is missing where nothing is done
         with pytest.raises(ValueError, match="tolerance is"):
             solve(problem, tolerance=tolerance)

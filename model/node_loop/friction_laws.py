@@ -71,6 +71,12 @@ class FrictionLaw:
         return next(iter(self.parameters.values()))
 
     @property
+    def weakens(self) -> bool:
+        """Whether the friction of a node that slips far is less than that of one at rest, if it is known."""
+        known = all(isinstance(value, float) for value in self.parameters.values())
+        return known and self(1.0, 1.0) < self(1.0)
+
+    @property
     def by_place(self) -> bool:
         """Whether a parameter is a function of places."""
         return any(callable(value) for value in self.parameters.values())
@@ -96,7 +102,8 @@ class FrictionLaw:
         Raises
         ------
         ValueError
-            If a parameter has another number of values, or one that is negative or not finite.
+            If a parameter has another number of values, or one that is negative or not finite, or if the law
+            gives a force that is so.
         """
         rows = np.empty((len(slipped), 1 + len(self.parameters)))
         rows[:, 0] = slipped
@@ -114,7 +121,18 @@ class FrictionLaw:
                     "give one value for each, or one for all."
                 )
             rows[:, column] = value
+        self._try_out(rows)
         return rows
+
+    def _try_out(self, rows: np.ndarray) -> None:
+        """Refuse a law that gives no friction force to the first node under a unit of pressure."""
+        for slip in (0.0, 1.0) if len(rows) else ():
+            force = self.bound.ctypes(1.0, slip, rows.ctypes.data_as(POINTER(c_double)))
+            if not (np.isfinite(force) and force >= 0.0):
+                raise ValueError(
+                    f"The friction law {self.name} gives {force:g} for a pressure of 1 and a slip of "
+                    f"{slip:g}; the largest friction force is a finite number >= 0."
+                )
 
     def __call__(self, pressure: float, slip: float = 0.0, slipped: float = 0.0) -> float:
         """Return the largest tangential force on one node; `slipped` is 1 where it did in the last step."""
@@ -193,7 +211,7 @@ def friction_law(function: Any, coefficient: Any = 0.0, *parameters: Any) -> Fri
             f"The function has {wanted} parameters after its coefficient, but {len(parameters)} are given."
         )
     values = dict(zip(more or ["coefficient"], (coefficient, *parameters)))
-    count, law = len(more), njit(function)
+    count, law = len(more), njit(function, error_model="numpy")
 
     @cfunc(SIGNATURE)
     def bound(pressure, slip, node):

@@ -1,6 +1,7 @@
 """Integration in time: steps behind a progress bar, recorded, with checkpoints on the way."""
 
 from collections.abc import Iterator
+from numbers import Integral
 from pathlib import Path
 
 from tqdm import tqdm
@@ -41,6 +42,11 @@ def integrate(
     ------
     State
 
+    Raises
+    ------
+    ValueError, TypeError
+        If there is no such number of steps, or no state, once the first is asked for.
+
     Examples
     --------
     >>> from forms import Elasticity, Isotropic
@@ -61,6 +67,12 @@ def integrate(
         Once, if the integrator has added more than a few per cent to the energy; without a history, where
         loads do not change.
     """
+    if not (isinstance(steps, Integral) and steps >= 0):
+        raise ValueError(f"steps is {steps!r}, but a number of steps is a whole number >= 0.")
+    if not isinstance(state, State):
+        raise TypeError(
+            f"The state is a {type(state).__name__}; give what integrator.start() or load_checkpoint returns."
+        )
     ledger = Ledger(integrator, state) if history is None and not callable(integrator.body.load) else None
     watch = None if ledger is None else GrowthWatch(integrator, ledger.entry)
     bar = tqdm(

@@ -304,6 +304,10 @@ class ContactSolver:
         loop, first, steps = self.loop, self.loop.sweeps, int(self.correction.steps[0])
         loop.slip_rate = slip_rate
         u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
+        if start_status is not None:
+            start_status = shaped("start_status", start_status, loop.nodes.shape)
+            if not np.isin(start_status, list(Status)).all():
+                raise ValueError("start_status holds other values than those of Status, 0, 1 and 2.")
         posed = self._pose(b, gap, tangential_reference, slipped, normal, places, u[loop.nodes])
         loop.put_springs(springs)
         loop.prescribe(posed.load, u)
@@ -444,11 +448,14 @@ class ContactSolver:
             )
 
     def _causes(self, u: np.ndarray, status: np.ndarray, tests: list[float], tolerance: float) -> list[str]:
-        """Say why a solve may not have converged: first, if so, that the body would never come to rest.
+        """Say why a solve may not have converged.
 
-        Or that friction alone holds it.
+        First, if so, that the load would strain the body beyond all measure, that it would never come to
+        rest, or that friction alone holds it.
         """
         loop, said = self.loop, []
+        size = length_scale(self.problem.coordinates)
+        strain = loop.load_size / (float(np.abs(loop.diagonal).max()) * size)  # less than that of an element
         motion = "" if self._away else self.rigid.held_by_friction(loop.b, loop.normal)
         if self._away:
             said = [
@@ -460,6 +467,10 @@ class ContactSolver:
                 f"friction, which alone could hold the body against {motion} and may give less than that "
                 "takes: fix the body, or take smaller load steps"
             ]
+        if strain > 1.0:
+            said.insert(
+                0, f"the load, which strains the body by {strain:.1g} or more: check its units and E's"
+            )
         return said + likely_causes(loop, u, status, tests, tolerance, self.correction.name)
 
     def _require_room(self, u: np.ndarray, gap: np.ndarray) -> None:
