@@ -32,10 +32,10 @@ class BlockMatrix(NamedTuple):
 
 
 def block_matrix(A: bsr_array) -> BlockMatrix:
-    """Hand a `bsr_array` to compiled code; the values are shared, not copied, where they are C-contiguous."""
+    """Hand a `bsr_array` to compiled code; what has the right type and is contiguous is shared, not copied."""
     return BlockMatrix(
         A.indptr.astype(np.uint64),
-        A.indices.astype(np.uint32),
+        np.asarray(A.indices, dtype=np.int32).view(np.uint32),
         np.ascontiguousarray(A.data, dtype=np.float64),
     )
 
@@ -119,11 +119,12 @@ def column_defect_2(A, begin, end, x, r):
 
 
 @njit(inline="always")
-def column_defect_3(A, begin, end, x, r):
-    """As `column_defect_2`, for blocks of three."""
+def column_defect_3(A, begin, end, x, r, ahead):
+    """As `column_defect_2`, for blocks of three, more than a line of memory: their ends are asked for."""
     x0, x1, x2 = x
     for k in range(begin, end):
         j, a = np.uint64(3) * np.uint64(A.indices[k]), np.uint64(9) * k
+        prefetch(A.data, a + np.uint64(8), ahead)
         r0, r1, r2 = r[j], r[j + np.uint64(1)], r[j + np.uint64(2)]
         r0 -= A.data[a] * x0
         r1 -= A.data[a + np.uint64(1)] * x0
@@ -213,7 +214,8 @@ def backward_sweep_with_defect(size: int) -> Any:
                 r = row_defect_3(A, begin, end, load, u, i, -AHEAD, True)
                 rest[j], rest[j + 1], rest[j + 2] = r
                 relax(inverse, i, r, u)
-                column_defect_3(A, middle[i], end, (u[j] - x, u[j + 1] - y, u[j + 2] - z), rest)
+                change = (u[j] - x, u[j + 1] - y, u[j + 2] - z)
+                column_defect_3(A, middle[i], end, change, rest, -AHEAD)
             else:
                 before = u[j : j + size].copy()
                 r = row_defect_any(A, begin, end, load, u, i, row)
@@ -235,7 +237,7 @@ def sweep_from_zero(size: int) -> Any:
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweep(A, middle, inverse, r, z, rest):
         row, nodes = np.empty(size), A.indptr.size - 1
-        lead = max(1, AHEAD * nodes // max(1, A.data.nbytes))  # rows
+        lead = max(1, 2 * AHEAD * nodes // max(1, A.data.nbytes))  # rows, of which half is read
         A = BlockMatrix(A.indptr, A.indices, flat(A.data))
         inverse, r, z, rest = flat(inverse), flat(r), flat(z), flat(rest)
         z[:] = 0.0
@@ -254,7 +256,7 @@ def sweep_from_zero(size: int) -> Any:
             if size == 2:
                 column_defect_2(A, begin, after, (z[2 * i], z[2 * i + 1]), rest)
             elif size == 3:
-                column_defect_3(A, begin, after, (z[3 * i], z[3 * i + 1], z[3 * i + 2]), rest)
+                column_defect_3(A, begin, after, (z[3 * i], z[3 * i + 1], z[3 * i + 2]), rest, ahead)
             else:
                 column_defect_any(A, begin, after, z[size * i : size * i + size], rest)
 

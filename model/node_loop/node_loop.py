@@ -60,11 +60,11 @@ class NodeLoop:
         diagonal_blocks(A, rows, self.diagonal)
         self.inverse = np.empty_like(self.diagonal)
         generalised_inverses(self.diagonal, rows, self.inverse)
-        alone = np.einsum("iaa->ia", self.diagonal)
-        # of a coarser mesh, unknowns that the truncation at supports has left nothing stay where they are
-        self._prescriber = np.where(alone == 0.0, 1.0, alone)
         self.uncoupled = uncoupled_unknowns(A)
-        self.loaded, self._some_uncoupled = ~self.uncoupled, bool(self.uncoupled.any())
+        self.loaded, self.prescribed = ~self.uncoupled, np.flatnonzero(self.uncoupled)
+        own = np.einsum("iaa->ia", self.diagonal)[self.uncoupled]
+        # of a coarser mesh, unknowns that the truncation at supports has left nothing stay where they are
+        self._prescriber = np.where(own == 0.0, 1.0, own)
         self.nodes = np.asarray(contact_nodes, dtype=np.int64)
         number = np.full(N, -1, dtype=np.int32)
         number[self.nodes] = np.arange(self.nodes.size)
@@ -161,7 +161,9 @@ class NodeLoop:
         n, d = self.force.shape
         self.b = b
         if self.given.any():
-            there = b[self.nodes] / self._prescriber[self.nodes]
+            u = np.zeros(self.shape)
+            self.prescribe(b, u)
+            there = u[self.nodes]
             along = np.einsum("ca,ca->c", self.normal, np.where(self.given, there, 0.0))
             gap = (gap + np.where(self.part < 1.0, along, 0.0)) / self.part
             reference = np.where(self.given, there, 0.0 if reference is None else reference)
@@ -173,7 +175,7 @@ class NodeLoop:
         if state is None:
             state = self.told(np.zeros(n))
         self.contact = Candidates(self.nodes, self.number, self.frame, self.block, gap, local, state)
-        self.load_size = length(b[self.loaded] if self._some_uncoupled else b)
+        self.load_size = length(b[self.loaded] if self.prescribed.size else b)
 
     def told(self, slipped: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
         """Return what the friction law is told of the candidates, (n, 1 + m); see `FrictionLaw.nodes`."""
@@ -196,8 +198,7 @@ class NodeLoop:
 
     def prescribe(self, b: np.ndarray, u: np.ndarray) -> None:
         """Set the prescribed unknowns of u (N, d) to their values under the load b (N, d)."""
-        if self._some_uncoupled:
-            u[self.uncoupled] = b[self.uncoupled] / self._prescriber[self.uncoupled]
+        u.flat[self.prescribed] = b.flat[self.prescribed] / self._prescriber
 
     def sweep(self, u: np.ndarray, status: np.ndarray, count: int = 1) -> None:
         """Sweep `count` times over all nodes, updating u (N, d) and status (n,) in place."""

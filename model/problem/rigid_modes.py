@@ -1,6 +1,7 @@
 """Rigid modes: motions that A does not resist, and whether the road can."""
 
 from copy import copy
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ from scipy.linalg import qr
 from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
+from model.node_loop.block_arithmetic import add_scaled
+from model.node_loop.blocks import FUSED, block_matrix, flat
 from model.node_loop.contact_sweep import frames
 from model.node_loop.node_loop import along_road
 from model.node_loop.status import Status
@@ -64,9 +67,21 @@ def centre_and_size(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> tuple[np.
 
 def bodies(A: bsr_array) -> np.ndarray:
     """Tell which of the bodies that A holds each node belongs to, (N,); -1 for a node that stands alone."""
-    label = connected(A.indptr, A.indices, A.indptr.size - 1)
-    label[np.bincount(label)[label] == 1] = -1
-    return np.unique(label, return_inverse=True)[1] - int(label.min() < 0)
+    return np.asarray(numbered(connected(A.indptr, A.indices, A.indptr.size - 1)))
+
+
+@njit(cache=True)
+def numbered(least):
+    """Numbers 0, 1, ... of the sets of nodes (N,) that have the same least one; -1 for a set of one."""
+    size, number, sets = np.zeros(least.size, np.int64), np.full(least.size, -1), 0
+    for a in least:
+        size[a] += 1
+    for i in range(least.size):
+        if least[i] == i and size[i] > 1:
+            number[i] = sets
+            sets += 1
+        number[i] = number[least[i]]
+    return number
 
 
 @njit(cache=True)
@@ -124,14 +139,65 @@ def _each(body: np.ndarray) -> list[np.ndarray]:
 def unheld_motions(
     A: bsr_array, coordinates: np.ndarray, body: np.ndarray, turning: np.ndarray | None = None
 ) -> np.ndarray:
-    """Rigid motions of the bodies (N,) that cost no energy in A, columns (N d, m) with m <= 3 or 6 a body.
+    """Rigid motions of the bodies (N,) that cost no energy in A, orthonormal columns (N d, m).
 
-    A motion counts as free where its energy is below 1e-13 of what it would cost if every node moved alone:
-    above rounding, and below any real support, which resists at least at one node.
+    A body has 3 or 6 at most. A motion counts as free where its energy is below 1e-13 of what it would cost
+    if every node moved alone: above rounding, and below any real support, which resists at least at one node.
     """
-    motions = motions_of_each_body(coordinates, body, turning)
-    energy = motions.T @ (A @ motions)
-    return motions @ free_amplitudes(energy, motions.T @ (A.diagonal()[:, None] * motions))
+    N, d = coordinates.shape
+    one = bool(np.all(body == 0))
+    motions = rigid_motions(coordinates, turning=turning) if one else np.zeros((N, d, 3 * d - 3))
+    members = [np.flatnonzero(here) for here in ([] if one else _each(body))]
+    for here in members:
+        motions[here] = rigid_motions(coordinates[here], turning=None if turning is None else turning[here])
+    energy, alone = energies(d)(block_matrix(A), motions, body, 1 if one else len(members))
+    if one:
+        motions = motions.reshape(N * d, -1) @ free_amplitudes(energy[0], alone[0])
+        return np.linalg.qr(motions)[0]
+    columns = [np.zeros((N * d, 0))]
+    for number, here in enumerate(members):
+        column = np.zeros((N, d, motions.shape[2]))
+        column[here] = motions[here]
+        free = free_amplitudes(energy[number], alone[number])
+        columns.append(np.linalg.qr(column.reshape(N * d, -1) @ free)[0])
+    return np.hstack(columns)
+
+
+@lru_cache
+def energies(d: int) -> Any:
+    """Compile (A, motions (N, d, m), body (N,), bodies), for the m = 3 d - 3 motions of each body.
+
+    Returns their energies (bodies, m, m) in A, and what these would be if every node moved alone.
+    """
+    m = 3 * d - 3
+
+    @njit(cache=True, error_model="numpy", fastmath=FUSED)
+    def compute(A, motions, body, bodies):
+        energy, alone, force = np.zeros((bodies, m, m)), np.zeros((bodies, m, m)), np.zeros(d * m)
+        all_moved, work, work_alone = flat(motions), flat(energy), flat(alone)
+        for i in range(body.size):
+            if body[i] < 0:
+                continue
+            force[:] = 0.0
+            for k in range(A.indptr[i], A.indptr[i + 1]):
+                moved = np.uint64(A.indices[k]) * np.uint64(d * m)
+                for a in range(d):
+                    for b in range(d):
+                        of_b = moved + np.uint64(b * m)
+                        add_scaled(force, np.uint64(a * m), A.data[k, a, b], all_moved, of_b, m)
+                if A.indices[k] != i:
+                    continue
+                for a in range(d):
+                    for x in range(m):
+                        row, w = np.uint64((body[i] * m + x) * m), motions[i, a, x]
+                        add_scaled(work_alone, row, w * A.data[k, a, a], all_moved, moved + np.uint64(a * m), m)
+            for a in range(d):
+                for x in range(m):
+                    row, w = np.uint64((body[i] * m + x) * m), motions[i, a, x]
+                    add_scaled(work, row, w, force, np.uint64(a * m), m)
+        return energy, alone
+
+    return compute
 
 
 def free_amplitudes(energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -173,7 +239,7 @@ class RigidModes:
     ):
         self.coordinates, self.nodes, self._body = coordinates, nodes, bodies(A)
         self.turning = turning
-        self.modes = np.linalg.qr(unheld_motions(A, coordinates, self._body, turning))[0]
+        self.modes = unheld_motions(A, coordinates, self._body, turning)
         self.count = self.modes.shape[1]
         self.bearing = np.zeros(0, dtype=np.int64)
 
@@ -372,7 +438,8 @@ def determinate_unknowns(modes: np.ndarray) -> np.ndarray:
     """
     if modes.shape[1] == 0:
         return np.zeros(0, dtype=np.int64)
-    triangle, order = qr(modes.T, mode="r", pivoting=True)
+    alike = np.round(modes.T / np.abs(modes).max(), 9)  # of nodes alike the first is taken: no rounding decides
+    triangle, order = qr(alike, mode="r", pivoting=True)
     sizes = np.abs(triangle.diagonal())
     return order[: sizes.size][sizes > SEEN * sizes[0]].astype(np.int64)
 

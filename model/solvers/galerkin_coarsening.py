@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 from scipy.sparse import csr_array
 
+from model.node_loop.block_arithmetic import add_scaled
 from model.node_loop.blocks import (
     FUSED,
     BlockMatrix,
@@ -76,14 +77,21 @@ def nodal_prolongation(P: Any) -> BlockMatrix:
     return BlockMatrix(P.indptr.astype(np.uint64), P.indices.astype(np.uint32), P.data.astype(np.float64))
 
 
-def transposed(P: BlockMatrix, coarse: int) -> Children:
-    """Sort the entries of P by column."""
-    entries = np.arange(P.indices.size)
-    M = csr_array(
-        (entries, P.indices.astype(np.int64), P.indptr.astype(np.int64)), shape=(P.indptr.size - 1, coarse)
-    )
-    M = M.tocsc()
-    return Children(M.indptr.astype(np.uint64), M.indices.astype(np.uint32), M.data.astype(np.uint64))
+@njit(cache=True, error_model="numpy")
+def transposed(P, coarse):
+    """Sort the entries of P by column, of which there are `coarse`."""
+    indptr = np.zeros(coarse + 1, dtype=np.uint64)
+    for J in P.indices:
+        indptr[J + 1] += np.uint64(1)
+    for J in range(coarse):
+        indptr[J + 1] += indptr[J]
+    row, entry, free = np.empty_like(P.indices), np.empty_like(P.indices), indptr[:-1].copy()
+    for i in range(P.indptr.size - 1):
+        for e in range(P.indptr[i], P.indptr[i + 1]):
+            J = P.indices[e]
+            row[free[J]], entry[free[J]] = i, e
+            free[J] += np.uint64(1)
+    return Children(indptr, row, entry)
 
 
 class Transfers(NamedTuple):
@@ -101,7 +109,8 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
     By scalar weights or by blocks.
     """
     zero, one, eight = np.uint64(0), np.uint64(1), np.uint64(8)
-    fine, mixed, small = np.uint64(d * d), np.uint64(c * d), np.uint64(c * c)  # entries of blocks
+    of_fine, of_coarse = d * d, c * c  # entries of blocks
+    fine, mixed, small = np.uint64(of_fine), np.uint64(c * d), np.uint64(of_coarse)
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def galerkin_rows(A, P, children, rows, coarse, held, L, T, fresh):
@@ -125,7 +134,7 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
         for I in rows:
             found = zero
             for q in range(children.indptr[I], children.indptr[I + 1]):
-                i, e = children.row[q], children.entry[q]
+                i, e = children.row[q], np.uint64(children.entry[q])
                 following = children.row[min(q + one, children.indptr[I + 1] - one)]
                 ahead = np.int64((A.indptr[following] - A.indptr[i]) * fine * eight)
                 for k in range(A.indptr[i], A.indptr[i + 1]):
@@ -138,9 +147,7 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                     place[j], column[number] = number, j
                     x = number * mixed
                     if scalar and not held[i]:
-                        w = weights[e]
-                        for t in range(fine):
-                            X[x + t] += w * values[v + t]
+                        add_scaled(X, x, weights[e], values, v, of_fine)
                         continue
                     for a in range(d):
                         for b in range(d):
@@ -178,9 +185,7 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                     coarse_place[J], name[number] = number, J
                     y = number * small
                     if scalar:
-                        w = weights[m]
-                        for t in range(small):
-                            Y[y + t] += w * X[x + t]
+                        add_scaled(Y, y, weights[m], X, x, of_coarse)
                         continue
                     for a in range(c):
                         for b in range(c):
@@ -196,9 +201,12 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                 while end > indices.size:
                     indices = np.concatenate((indices, np.empty_like(indices)))
                     product = np.concatenate((product, np.empty_like(product)))
-                for n in range(found):
-                    indices[begin + n] = name[one + n]
-                indices[begin:end].sort()
+                for n in range(found):  # insertion sort
+                    J, k = name[one + n], begin + n
+                    while k > begin and indices[k - one] > J:
+                        indices[k] = indices[k - one]
+                        k -= one
+                    indices[k] = J
             for k in range(begin, coarse.indptr[I + 1]):
                 y, z = np.uint64(coarse_place[indices[k]]) * small, k * small
                 for t in range(small):
@@ -208,39 +216,36 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                 coarse_place[name[n]] = 0
         return indices, product
 
+    # each component by itself: its sum stays in a register
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def restrict(P, children, r, coarse_r):
         weights, r, coarse_r = flat(P.data), flat(r), flat(coarse_r)
         for I in range(children.indptr.size - 1):
             for a in range(c):
-                coarse_r[I * c + a] = 0.0
-            for q in range(children.indptr[I], children.indptr[I + 1]):
-                i, e = np.uint64(children.row[q]) * np.uint64(d), children.entry[q]
-                for a in range(c):
+                s = 0.0
+                for q in range(children.indptr[I], children.indptr[I + 1]):
+                    i, e = np.uint64(children.row[q]) * np.uint64(d), np.uint64(children.entry[q])
                     if scalar:
-                        coarse_r[I * c + a] += weights[e] * r[i + np.uint64(a)]
+                        s += weights[e] * r[i + np.uint64(a)]
                     else:
                         for t in range(d):
-                            w = weights[e * mixed + np.uint64(t * c + a)]
-                            coarse_r[I * c + a] += w * r[i + np.uint64(t)]
+                            s += weights[e * mixed + np.uint64(t * c + a)] * r[i + np.uint64(t)]
+                coarse_r[I * c + a] = s
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def prolong(P, coarse_u, u):
-        weights, row, coarse_u = flat(P.data), np.empty(d), flat(coarse_u)
+        weights, coarse_u = flat(P.data), flat(coarse_u)
         for i in range(u.shape[0]):
             for t in range(d):
-                row[t] = u[i, t]
-            for m in range(P.indptr[i], P.indptr[i + 1]):
-                I = np.uint64(P.indices[m]) * np.uint64(c)
-                for t in range(d):
+                s = u[i, t]
+                for m in range(P.indptr[i], P.indptr[i + 1]):
+                    I = np.uint64(P.indices[m]) * np.uint64(c)
                     if scalar:
-                        row[t] += weights[m] * coarse_u[I + np.uint64(t)]
+                        s += weights[m] * coarse_u[I + np.uint64(t)]
                     else:
                         for a in range(c):
-                            w = weights[m * mixed + np.uint64(t * c + a)]
-                            row[t] += w * coarse_u[I + np.uint64(a)]
-            for t in range(d):
-                u[i, t] = row[t]
+                            s += weights[m * mixed + np.uint64(t * c + a)] * coarse_u[I + np.uint64(a)]
+                u[i, t] = s
 
     return Transfers(galerkin_rows, restrict, prolong)
 

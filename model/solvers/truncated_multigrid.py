@@ -180,9 +180,17 @@ def supported(finest: Any, nodes: np.ndarray, supports: np.ndarray) -> Iterator[
         finest.A.data[at] = kept
 
 
-def project(x: np.ndarray, nodes: np.ndarray, projectors: np.ndarray) -> None:
+@njit(cache=True, error_model="numpy")
+def project(x, nodes, projectors):
     """Leave of x (N, d), in place, at nodes (k,) what the projectors (N, d, d) do."""
-    x[nodes] = np.einsum("kab,kb->ka", projectors[nodes], x[nodes])
+    d = x.shape[1]
+    left = np.empty(d)
+    for i in nodes:
+        for a in range(d):
+            left[a] = 0.0
+            for b in range(d):
+                left[a] += projectors[i, a, b] * x[i, b]
+        x[i] = left
 
 
 def projected_inverses(blocks: np.ndarray, projectors: np.ndarray, tests: np.ndarray) -> np.ndarray:
@@ -238,11 +246,18 @@ def step_along(alpha, direction, product, x, r):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FUSED)
-def turn_direction(beta, direction, z):
-    """Do direction = z + beta direction."""
+def turn_direction(beta, z, r, left, direction, product):
+    """Do direction = z + beta direction, and the same with `product`, -A direction, to which A z = r - left.
+
+    Return direction . A direction.
+    """
+    s = 0.0
     for i in range(z.shape[0]):
         for a in range(z.shape[1]):
             direction[i, a] = z[i, a] + beta * direction[i, a]
+            product[i, a] = left[i, a] - r[i, a] + beta * product[i, a]
+            s -= direction[i, a] * product[i, a]
+    return s
 
 
 class Multigrid:
@@ -468,7 +483,7 @@ class Multigrid:
         """Zero the components of r (N, d) in which nodes are held or prescribed."""
         nodes = self.loop.nodes[self.held]
         r[nodes] = np.einsum("cab,cb->ca", self.projectors[self.held], r[nodes])
-        r[self.loop.uncoupled] = 0.0
+        r.reshape(-1)[self.loop.prescribed] = 0.0
 
     def _conjugate_gradients(self, r: np.ndarray, wanted: float) -> int:
         """Set x with A x = r on what is linear, until the defect (in r) is below `wanted`.
@@ -485,10 +500,8 @@ class Multigrid:
             if power <= 0.0:  # nothing is missing from what is linear
                 break
             self._project(left)
-            left -= r
-            turn_direction(power / before, direction, z)
-            turn_direction(power / before, product, left)
-            before, stiffness = power, -dot(direction, product)  # `product` is -A direction
+            stiffness = turn_direction(power / before, z, r, left, direction, product)
+            before = power
             if stiffness <= 0.0:  # along a rigid motion, which nothing resists
                 break
             if step_along(power / stiffness, direction, product, x, r) <= wanted:
@@ -506,7 +519,7 @@ class Multigrid:
         def follow_friction(v: np.ndarray) -> np.ndarray:
             self._defect(loop.A, self.zero, v.reshape(loop.shape), product)
             project(product, self.cycle.held, finest.L)
-            product[loop.uncoupled] = 0.0
+            product.flat[loop.prescribed] = 0.0
             return -product.ravel()
 
         def precondition(v: np.ndarray) -> np.ndarray:
