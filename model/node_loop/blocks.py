@@ -32,7 +32,7 @@ class BlockMatrix(NamedTuple):
 
 
 def block_matrix(A: bsr_array) -> BlockMatrix:
-    """Hand a `bsr_array` to compiled code; what has the right type and is contiguous is shared, not copied."""
+    """Hand a `bsr_array` to compiled code; what has the right type, contiguous, is shared, not copied."""
     return BlockMatrix(
         A.indptr.astype(np.uint64),
         np.asarray(A.indices, dtype=np.int32).view(np.uint32),

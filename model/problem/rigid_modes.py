@@ -188,9 +188,10 @@ def energies(d: int) -> Any:
                 if A.indices[k] != i:
                     continue
                 for a in range(d):
+                    of_a = moved + np.uint64(a * m)
                     for x in range(m):
-                        row, w = np.uint64((body[i] * m + x) * m), motions[i, a, x]
-                        add_scaled(work_alone, row, w * A.data[k, a, a], all_moved, moved + np.uint64(a * m), m)
+                        row, w = np.uint64((body[i] * m + x) * m), motions[i, a, x] * A.data[k, a, a]
+                        add_scaled(work_alone, row, w, all_moved, of_a, m)
             for a in range(d):
                 for x in range(m):
                     row, w = np.uint64((body[i] * m + x) * m), motions[i, a, x]
@@ -438,7 +439,7 @@ def determinate_unknowns(modes: np.ndarray) -> np.ndarray:
     """
     if modes.shape[1] == 0:
         return np.zeros(0, dtype=np.int64)
-    alike = np.round(modes.T / np.abs(modes).max(), 9)  # of nodes alike the first is taken: no rounding decides
+    alike = np.round(modes.T / np.abs(modes).max(), 9)  # of nodes alike the first is taken, not any
     triangle, order = qr(alike, mode="r", pivoting=True)
     sizes = np.abs(triangle.diagonal())
     return order[: sizes.size][sizes > SEEN * sizes[0]].astype(np.int64)

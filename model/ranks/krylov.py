@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
 from model.solvers.truncated_multigrid import dot as inner
-from model.solvers.truncated_multigrid import step_along, turn_direction
+from model.solvers.truncated_multigrid import step_along
 
 Operator = Callable[[np.ndarray], np.ndarray]
 Product = Callable[[np.ndarray, np.ndarray], float]
@@ -50,7 +50,8 @@ def conjugate_gradients(
         power = total(inner(r, z))
         if power <= 0.0:  # nothing is missing
             break
-        turn_direction(power / before, direction, z)
+        direction *= power / before
+        direction += z
         before = power
         product = minus(direction)
         missing = step_along(-power / total(inner(direction, product)), direction, product, x, r)

@@ -481,9 +481,8 @@ class Multigrid:
 
     def _project(self, r: np.ndarray) -> None:
         """Zero the components of r (N, d) in which nodes are held or prescribed."""
-        nodes = self.loop.nodes[self.held]
-        r[nodes] = np.einsum("cab,cb->ca", self.projectors[self.held], r[nodes])
-        r.reshape(-1)[self.loop.prescribed] = 0.0
+        project(r, self.cycle.held, self.cycle.levels[0].T)
+        r.flat[self.loop.prescribed] = 0.0
 
     def _conjugate_gradients(self, r: np.ndarray, wanted: float) -> int:
         """Set x with A x = r on what is linear, until the defect (in r) is below `wanted`.
