@@ -300,6 +300,23 @@ def test_coarser_meshes_know_what_only_the_contact_holds():
     assert solution.cycles <= 24
 
 
+@pytest.mark.parametrize(("nu", "without"), [(0.3, 10), (0.45, 20)])
+def test_cycles_on_rubber_with_friction(nu, without):
+    """Pressed and drawn until nearly all slips, which takes at most twice the cycles without friction."""
+    mu, force = 0.8, 4.0
+    body = Body.from_grid(tread_block((3,), (8.0,), (2.0,), 6.0, 4.0, 4.0), 3)
+    elasticity = Elasticity(body, Isotropic(5.0, nu), mean_dilatation=True)
+    parts = (0.0, 0.25, 0.5, 0.75, 0.95)
+    pushes = [elasticity.total_force("top", force * np.array([part * mu, -1.0])) for part in parts]
+    system = elasticity.system(pushes[0], Support(body).platen("top"))
+    problem = BodyOnRoad(system, "bottom", Plane(), friction=mu).problem
+    solver = ContactSolver(problem, "multigrid")
+    path = list(follow(solver, [system.reduce(push) for push in pushes], tolerance=1e-8))
+    assert Status.FREE in path[-1].status
+    assert max(step.cycles for step in path) <= 2 * without
+    assert not any(step.steps for step in path)
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_friction_tangent_is_the_derivative_of_friction(dim):
     """Of a law that grows with pressure and slip, by central differences."""

@@ -330,7 +330,7 @@ class Multigrid:
             self.coarser.first_guess(loop, u, status, record)
         best, best_status, idle, steady, at_once = np.inf, status.copy(), 0, 0, False
         while True:
-            if not at_once:  # else what the others did belongs to a slip that has been stopped since
+            if not at_once:
                 loop.sweep(u, status)
             residual = loop.residual(u, status)
             if record.finished(residual):
@@ -375,7 +375,7 @@ class Multigrid:
         The last one may leave the tolerance itself, for the sweep that follows leaves a third of that; less
         where sweeps undo what corrections gain, `idle` times by now, as with rubber they may. Return whether
         the next correction comes at once: slip would have turned round, and was stopped, or a node has come
-        to the road.
+        to the road, from which a sweep would lift it again where what bends the body is not yet gone.
         """
         loop, r, x = self.loop, self.loop.R, self.x
         scale = loop.load_size + float(np.linalg.norm(loop.force))
@@ -386,7 +386,7 @@ class Multigrid:
             motion = (kernel @ drive).reshape(r.shape)
             driven = np.linalg.norm(drive) > BALANCE * scale
             if driven and self._follow_to_next_node(motion, u, status):
-                return True  # a sweep would lift the node again, where what bends the body is not yet gone
+                return True
             r -= motion
         # without friction the problem is linear now
         newton = 0.0 if loop.friction is None else forcing(record.history)
@@ -405,9 +405,9 @@ class Multigrid:
             projected_search(loop.A, r, x, self.product, loop.contact, u, status)
             return False
         u += x
-        turned = stop_slip_that_turned(loop, u, status)
+        turned, before = stop_slip_that_turned(loop, u, status), np.count_nonzero(status)
         place_on_road(loop, u, status)
-        return turned
+        return turned or bool(np.count_nonzero(status) > before)
 
     def _follow_to_next_node(self, motion: np.ndarray, u: np.ndarray, status: np.ndarray) -> bool:
         """Move u (N, d) along a rigid motion (N, d) until the next node arrives at the road, if one does."""
