@@ -107,6 +107,21 @@ def test_a_ring_runs_over_roads_that_bend(kind):
     assert np.all(np.diff(history["friction"]) >= -1e-12 * kinetic)
 
 
+def test_a_ball_bounces_over_triangles_in_space():
+    """Nodes come to lie on facets, over edges and in hollows, where all slopes that meet may press."""
+    from harness.thrown_ball import rough, thrown
+
+    ride = thrown((2.0, 0.3, -1.0), seconds=0.1, road=rough())
+    kinetic = ride.history["kinetic"][0]
+    assert ride.history["contacts"].max() >= 3 and ride.deepest < 1e-11
+    assert ride.history["gain"].max() < 1e-10 * kinetic
+    assert abs(ride.history["total"][0] - ride.history["total"][-1]) < 1e-10 * kinetic
+    assert ride.history["friction"][-1] > 0.01 * kinetic and np.all(
+        np.diff(ride.history["friction"]) > -1e-12
+    )
+    assert ride.history["momentum_error"].max() < 1e-10
+
+
 def test_refusals():
     with pytest.raises(ValueError, match="take LosslessContact"):
         EnergyMomentum(ring_above_road(road=WAVES["smooth"]), 0.01)

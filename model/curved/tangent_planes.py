@@ -235,6 +235,11 @@ def _length(x: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.norm(x, axis=1))
 
 
+def softness(loop: Any) -> np.ndarray:
+    """How far each candidate of a loop moves by a unit of force with its neighbours held, (n,)."""
+    return 1.0 / np.einsum("caa->ca", loop.diagonal[loop.nodes]).mean(axis=1)
+
+
 def _working(
     in_contact: np.ndarray,
     gap: np.ndarray,

@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from model.curved.tangent_planes import RoadPlanes
+from model.curved.tangent_planes import RoadPlanes, softness
 from model.dynamics.contact_update import forget_rounding
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator, Touch
 from model.node_loop.node_loop import length
 from model.node_loop.status import Status
-from model.quasistatics.curved_contact import ITERATIONS, extent, softness
+from model.quasistatics.curved_contact import ITERATIONS, extent
 from model.solvers.convergence_record import NotConverged, Record
 from model.tolerances import ON_ROAD
 

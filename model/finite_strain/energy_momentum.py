@@ -8,10 +8,11 @@ so that it does the work -p1 g0 <= 0, and friction the work -mu p1 |slip|. With 
 massless, and brought into equilibrium where contact plays a part, energy never grows.
 
 Newton's method goes around the contact loop: each iteration is a contact problem for an increment, with the
-gaps of the present configuration. Its matrix is constant, 2 M / dt^2 + K / 2 turned at each node with the
-body there, and Anderson's extrapolation makes good what it lacks; where that fails, the symmetric part of the
-exact tangent takes over, damped; where that fails, the step is halved. With correction="none" no matrix of
-the body is solved: the paper's loop visits node after node, each with what is then missing there.
+gaps of the present configuration, to planes that follow the nodes where the road bends. Its matrix is
+constant, 2 M / dt^2 + K / 2 turned at each node with the body there, and Anderson's extrapolation makes good
+what it lacks; where that fails, the symmetric part of the exact tangent takes over, damped; where that fails,
+the step is halved. With correction="none" no matrix of the body is solved: the paper's loop visits node after
+node, each with what is then missing there.
 
 Source: Simo and Tarnow, Z. angew. Math. Phys. 43 (1992) 757; Gonzalez, Comput. Methods Appl. Mech. Engrg. 190
 (2000) 1763; Khenous, Laborde and Renard, Eur. J. Mech. A/Solids 27 (2008) 918.
@@ -26,6 +27,7 @@ import numpy as np
 from scipy.sparse import bsr_array
 
 from model.curved.anderson_acceleration import Anderson
+from model.curved.tangent_planes import RoadPlanes, softness
 from model.dynamics.mass_redistribution import MassRedistribution
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, StepSolver, Touch, Work
@@ -35,6 +37,7 @@ from model.finite_strain.moving_body import FiniteBody
 from model.finite_strain.node_by_node import NodeByNode
 from model.finite_strain.turned_solver import TurnedSolver
 from model.node_loop.node_loop import along_road, length
+from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.solvers.convergence_record import NotConverged, Record
 
@@ -107,9 +110,14 @@ class FiniteMidpoint(Midpoint):
         self._turn = self._rotations(0.5 * (before.displacement + u1))
         touch: Any = before
         missing, scale = self._missing(before, load, u1, None)
+        planes = None if flat else self._planes(before, u1)
         for _ in range(limit):
-            gap, self._normal = body.gaps(u1)
-            back = (before.displacement - u1)[nodes]
+            if planes is None:
+                gap, self._normal = body.gaps(u1)
+                back = (before.displacement - u1)[nodes]
+            else:
+                at = body.positions(u1)
+                gap, self._normal, back = planes.gaps(at), planes.normal, planes.anchor - at
             last = replace(before, status=touch.status)
             touch = increment(last, u1, missing, gap, self._normal, back)
             self.iterations += 1
@@ -118,7 +126,13 @@ class FiniteMidpoint(Midpoint):
             image, forces = u1 + touch.increment, scale + length(touch.force)
             part = self.part_missing if before.count or touch.count else IN_FLIGHT
             good = part * self.tolerance * forces
-            if sizes[-1] <= max(good, floor):
+            lies = True
+            if planes is not None:
+                pressure = np.maximum(np.einsum("ca,ca->c", self._normal, touch.force), 0.0)
+                steady = 10 * self.tolerance * forces
+                lies = planes.follow(body.positions(image), touch.status, pressure, steady)
+                touch = replace(touch, gap=np.where(touch.status == Status.FREE, planes.gap, 0.0))
+            if lies and sizes[-1] <= max(good, floor):
                 return self._checked(before, image, touch, sizes[-1] / (forces or 1.0))
             if not np.isfinite(sizes[-1]) or sizes[-1] > 1e6 * min(sizes):
                 break
@@ -137,6 +151,12 @@ class FiniteMidpoint(Midpoint):
             f"Newton's method in the step after time {before.time:g} is not done in {limit} iterations.",
             Record(self.tolerance, limit, lambda: 0, progress=False, history=sizes or [np.inf]),
         )
+
+    def _planes(self, before: State, u1: np.ndarray) -> RoadPlanes:
+        """Return the planes of a road that bends."""
+        body, loop = self.body, self.turned.solver.loop
+        sticking = None if body.friction is None else body.positions(before.displacement)
+        return RoadPlanes(body.road, body.positions(u1), sticking, softness(loop), body.size)
 
     def _left(self, missing: np.ndarray, touch: Touch) -> float:
         """Return the size of what is missing (N, d) with the forces of the road."""
@@ -221,7 +241,7 @@ class FiniteMidpoint(Midpoint):
         guess, load = self._guess(before), self.mean_load(before)
         solver = self._solver_of(self._exact(before, guess), self.body.gaps(guess)[1])
         missing = lambda u, touch: self._missing(before, load, u, touch)[0]  # noqa: E731
-        return NodeByNode(solver, before.displacement, missing, self.body)
+        return NodeByNode(solver, missing)
 
     def _exact(self, before: State, u1: np.ndarray) -> Any:
         """Return the symmetric part of the exact tangent (N d, N d), positive definite."""

@@ -5,7 +5,6 @@ Nodes that share no cell do not see each other, so that those of one colour are 
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -19,38 +18,42 @@ class NodeByNode:
     ----------
     solver : StepSolver
         Of the step's tangent (N d, N d), of which the nodes' own blocks are taken.
-    start : (N, d)
-        Displacement at the step's beginning.
     missing : callable
         Of a displacement (N, d) and how the last sweep ended, or None: the force missing (N, d).
-    body : FiniteBody
     """
 
-    def __init__(self, solver: StepSolver, start: np.ndarray, missing: Callable, body: Any):
-        self.solver, self.start, self.missing, self.body = solver, start, missing, body
+    def __init__(self, solver: StepSolver, missing: Callable):
+        self.solver, self.missing = solver, missing
         A = solver.loop.A
         self.colours = colours(A.indptr.astype(int), A.indices.astype(int))
         self._touch: Touch | None = None
 
-    def sweep(self, last: State, u1: np.ndarray, b: np.ndarray, *problem: np.ndarray) -> Touch:
-        """Visit each node once, from u1 (N, d) on; parameters as for `FiniteMidpoint._iterate`."""
+    def sweep(
+        self,
+        last: State,
+        u1: np.ndarray,
+        b: np.ndarray,
+        gap: np.ndarray,
+        normal: np.ndarray,
+        back: np.ndarray,
+    ) -> Touch:
+        """Visit each node once, from u1 (N, d) on; other parameters as for `StepSolver.solve`."""
         loop, u, status, still = self.solver.loop, u1.copy(), last.status.copy(), np.zeros_like(u1)
+
+        def pose() -> None:
+            moved = (u - u1)[loop.nodes]
+            self.solver.pose(b, gap + np.einsum("ca,ca->c", normal, moved), normal, back - moved, last)
+
         for colour in self.colours:
-            self._pose(u, b, last)
+            pose()
             e, loop.order = still.copy(), colour
             loop.sweep(e, status)
             u += e
             b = self.missing(u, self._touch)
-        back = self._pose(u, b, last)
+        pose()
         touch = self.solver.outcome(still, status, back, loop.residual(still, status), 0)
         self._touch = replace(touch, increment=u - u1)
         return self._touch
-
-    def _pose(self, u: np.ndarray, b: np.ndarray, last: State) -> np.ndarray:
-        gap, normal = self.body.gaps(u)
-        back = np.asarray((self.start - u)[self.body.contact_nodes])
-        self.solver.pose(b, gap, normal, back, last)
-        return back
 
 
 def colours(indptr: np.ndarray, indices: np.ndarray) -> list[np.ndarray]:

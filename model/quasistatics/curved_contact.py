@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from model.curved.tangent_planes import RoadPlanes
+from model.curved.tangent_planes import RoadPlanes, softness
 from model.node_loop.status import Status
 from model.quasistatics.approach import AWAY, LONG, CarriedOff, approach
 from model.quasistatics.descent import Descent
@@ -322,11 +322,6 @@ def extent(coordinates: np.ndarray, ranks: Any) -> float:
 def _norm(x: np.ndarray, ranks: Any) -> float:
     """Euclidean norm of values at the candidates of all ranks."""
     return float(np.sqrt(ranks.sum(float(np.vdot(x, x)))))
-
-
-def softness(loop: Any) -> np.ndarray:
-    """How far each candidate of a loop moves by a unit of force with its neighbours held, (n,)."""
-    return 1.0 / np.einsum("caa->ca", loop.diagonal[loop.nodes]).mean(axis=1)
 
 
 def _all_iterations(iterations: list[Solution], gap: np.ndarray) -> Solution:
