@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from scipy.sparse import bsr_array
 
+from model.node_loop.block_arithmetic import add_pair, products_2
 from model.node_loop.prefetch import AHEAD, prefetch
 
 # Multiply and add in one, no more: where sums may be reordered the compiler gathers, four times slower.
@@ -52,29 +53,18 @@ def flat(x):
 
 
 @njit(inline="always")
-def row_defect_2(A, begin, end, load, u, i, ahead, backward=False):
+def row_defect_2(A, begin, end, load, u, i, ahead):
     """Return load_i - sum_k A_k u_j(k), over the blocks begin <= k < end, for blocks of two.
 
-    `load`, `u` and the data of A are flat; memory is asked for so many bytes ahead. `backward` takes the
-    blocks from the last to the first.
+    `load`, `u` and the data of A are flat; memory is asked for so many bytes ahead.
     """
-    r0, r1 = load[2 * i], load[2 * i + 1]
-    s0, s1 = 0.0, 0.0
-    for m in range(end - begin):
-        k = end - np.uint64(1) - m if backward else begin + m
-        j, a = np.uint64(2) * np.uint64(A.indices[k]), np.uint64(4) * k
-        prefetch(A.data, a, ahead)
-        x, y = u[j], u[j + np.uint64(1)]
-        r0 -= A.data[a] * x
-        s0 -= A.data[a + np.uint64(1)] * y
-        r1 -= A.data[a + np.uint64(2)] * x
-        s1 -= A.data[a + np.uint64(3)] * y
-    return r0 + s0, r1 + s1
+    x, y = products_2(A.data, A.indices, begin, end, u, ahead)
+    return load[2 * i] - x, load[2 * i + 1] - y
 
 
 @njit(inline="always")
 def row_defect_3(A, begin, end, load, u, i, ahead, backward=False):
-    """As `row_defect_2`, for blocks of three."""
+    """As `row_defect_2`, for blocks of three; `backward` takes them from the last to the first."""
     r0, r1, r2 = load[3 * i], load[3 * i + 1], load[3 * i + 2]
     s0, s1, s2, t0, t1, t2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for m in range(end - begin):
@@ -161,12 +151,26 @@ def relax(inverse, i, r, u):
         u[d * i + a] += s
 
 
+@njit(inline="always")
+def relax_2(inverse, i, r, u):
+    """As `relax`, for blocks of two; return the step."""
+    x, y = r
+    k, at = np.uint64(4) * np.uint64(i), np.uint64(2) * np.uint64(i)
+    step = (
+        inverse[k] * x + inverse[k + np.uint64(1)] * y,
+        inverse[k + np.uint64(2)] * x + inverse[k + np.uint64(3)] * y,
+    )
+    add_pair(u, at, step)
+    return step
+
+
 @lru_cache
 def backward_sweep(size: int) -> Any:
     """Compile a Gauss-Seidel sweep over the block rows from the last to the first.
 
-    u_i += D_i^-1 (load - A u)_i, `inverse` (n, size, size) holding D_i^-1. Each row is read from its end as
-    well: memory that is read one way throughout arrives in time.
+    u_i += D_i^-1 (load - A u)_i, `inverse` (n, size, size) holding D_i^-1. Rows of blocks of three are read
+    from their ends as well: so much memory arrives in time only if it is read one way throughout. Those of
+    blocks of two are not: what the row before has just changed is then met late, and awaited less.
     """
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
@@ -177,7 +181,8 @@ def backward_sweep(size: int) -> Any:
         for passed in range(nodes):
             i = nodes - 1 - passed
             if size == 2:
-                r = row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD, True)
+                relax_2(inverse, i, row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD), u)
+                continue
             elif size == 3:
                 r = row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD, True)
             else:
@@ -204,11 +209,9 @@ def backward_sweep_with_defect(size: int) -> Any:
             i = nodes - 1 - passed
             begin, end, j = A.indptr[i], A.indptr[i + 1], size * i
             if size == 2:
-                x, y = u[j], u[j + 1]
-                r = row_defect_2(A, begin, end, load, u, i, -AHEAD, True)
+                r = row_defect_2(A, begin, end, load, u, i, -AHEAD)
                 rest[j], rest[j + 1] = r
-                relax(inverse, i, r, u)
-                column_defect_2(A, middle[i], end, (u[j] - x, u[j + 1] - y), rest)
+                column_defect_2(A, middle[i], end, relax_2(inverse, i, r, u), rest)
             elif size == 3:
                 x, y, z = u[j], u[j + 1], u[j + 2]
                 r = row_defect_3(A, begin, end, load, u, i, -AHEAD, True)
@@ -246,6 +249,9 @@ def sweep_from_zero(size: int) -> Any:
             ahead = np.int64(A.indptr[min(i + lead, nodes)] - begin) * (8 * size * size)
             if size == 2:
                 x = row_defect_2(A, begin, middle[i], r, z, i, ahead)
+                rest[2 * i], rest[2 * i + 1] = x
+                column_defect_2(A, begin, after, relax_2(inverse, i, x, z), rest)
+                continue
             elif size == 3:
                 x = row_defect_3(A, begin, middle[i], r, z, i, ahead)
             else:
@@ -253,9 +259,7 @@ def sweep_from_zero(size: int) -> Any:
             for a in range(size):
                 rest[size * i + a] = x[a]
             relax(inverse, i, x, z)
-            if size == 2:
-                column_defect_2(A, begin, after, (z[2 * i], z[2 * i + 1]), rest)
-            elif size == 3:
+            if size == 3:
                 column_defect_3(A, begin, after, (z[3 * i], z[3 * i + 1], z[3 * i + 2]), rest, ahead)
             else:
                 column_defect_any(A, begin, after, z[size * i : size * i + size], rest)
@@ -308,43 +312,52 @@ def diagonal_blocks(A, rows, diagonal):
                 break
 
 
-@njit(cache=True, error_model="numpy")
-def generalised_inverses(blocks, rows, inverses):
+def generalised_inverses(blocks: np.ndarray, rows: np.ndarray, inverses: np.ndarray) -> None:
     """Write G with B G B = B for the positive semi-definite `blocks` (n, d, d) of the given rows.
 
     Gauss-Jordan with diagonal pivots, largest first; a pivot below 1e-13 of the largest is a direction in
     which nothing resists, and gets a zero row and column.
     """
-    d = blocks.shape[1]
-    done = np.empty(d, dtype=np.bool_)
-    for i in rows:
-        G = inverses[i]
-        G[:] = blocks[i]
-        largest = 0.0
-        for a in range(d):
-            done[a] = False
-            largest = max(largest, G[a, a])
-        for _ in range(d):
-            pivot = -1
+    gauss_jordan(blocks.shape[1])(blocks, rows, inverses)
+
+
+@lru_cache
+def gauss_jordan(d: int) -> Any:
+    """Compile `generalised_inverses` for blocks of size d."""
+
+    @njit(cache=True, error_model="numpy")
+    def invert(blocks, rows, inverses):
+        done, G = np.empty(d, dtype=np.bool_), np.empty((d, d))
+        for i in rows:
+            largest = 0.0
             for a in range(d):
-                if not done[a] and G[a, a] > SINGULAR * largest and (pivot < 0 or G[a, a] > G[pivot, pivot]):
-                    pivot = a
-            if pivot < 0:
-                break
-            done[pivot] = True
-            scale = 1.0 / G[pivot, pivot]
+                done[a] = False
+                for b in range(d):
+                    G[a, b] = blocks[i, a, b]
+                largest = max(largest, G[a, a])
+            for _ in range(d):
+                pivot = -1
+                for a in range(d):
+                    above = pivot < 0 or G[a, a] > G[pivot, pivot]
+                    if not done[a] and G[a, a] > SINGULAR * largest and above:
+                        pivot = a
+                if pivot < 0:
+                    break
+                done[pivot] = True
+                scale = 1.0 / G[pivot, pivot]
+                for a in range(d):
+                    if a != pivot:
+                        factor = G[a, pivot] * scale
+                        for b in range(d):
+                            if b != pivot:
+                                G[a, b] -= factor * G[pivot, b]
+                        G[a, pivot] = -factor
+                for b in range(d):
+                    G[pivot, b] *= scale
+                G[pivot, pivot] = scale
+            # directions without a pivot take no part
             for a in range(d):
-                if a != pivot:
-                    factor = G[a, pivot] * scale
-                    for b in range(d):
-                        if b != pivot:
-                            G[a, b] -= factor * G[pivot, b]
-                    G[a, pivot] = -factor
-            for b in range(d):
-                G[pivot, b] *= scale
-            G[pivot, pivot] = scale
-        # directions without a pivot take no part
-        for a in range(d):
-            for b in range(d):
-                if not (done[a] and done[b]):
-                    G[a, b] = 0.0
+                for b in range(d):
+                    inverses[i, a, b] = G[a, b] if done[a] and done[b] else 0.0
+
+    return invert

@@ -23,6 +23,7 @@ from model.node_loop.blocks import (
     BlockMatrix,
     flat,
     relax,
+    relax_2,
     row_defect_2,
     row_defect_3,
     row_defect_any,
@@ -283,7 +284,10 @@ def contact_sweeps(dim: int, friction: bool) -> Any:
                     row = row_defect_any(M, A.indptr[i], A.indptr[i + 1], b, x, i, r)
                 c = contact.number[i]
                 if c < 0:
-                    relax(D, i, row, x)
+                    if dim == 2:
+                        relax_2(D, i, row, x)
+                    else:
+                        relax(D, i, row, x)
                     continue
                 for a in range(dim):
                     r[a] = row[a]

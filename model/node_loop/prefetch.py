@@ -10,7 +10,6 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
 AHEAD = 8192  # bytes
@@ -18,18 +17,21 @@ AHEAD = 8192  # bytes
 
 @intrinsic
 def prefetch(typingctx: Any, array: Any, k: Any, ahead: Any) -> Any:
-    """Ask for the memory `ahead` bytes behind array[k], which need not exist."""
+    """Ask for the memory `ahead` bytes behind array[k], of a contiguous array; it need not exist."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         held = context.make_array(array)(context, builder, arguments[0])
-        stride = cgutils.unpack_tuple(builder, held.strides)[0]
-        offset = builder.add(builder.mul(arguments[1], stride), arguments[2])
-        byte, number = ir.IntType(8), ir.IntType(32)
-        address = builder.gep(builder.bitcast(held.data, byte.as_pointer()), [offset])
-        kind = ir.FunctionType(ir.VoidType(), [byte.as_pointer(), number, number, number])
-        function = builder.module.declare_intrinsic("llvm.prefetch", [byte.as_pointer()], kind)
-        read, keep, data = number(0), number(3), number(1)
-        builder.call(function, [address, read, keep, data])
+        ask(builder, builder.gep(held.data, [arguments[1]]), arguments[2])
         return context.get_dummy_value()
 
     return types.void(array, types.uint64, types.int64), generate
+
+
+def ask(builder: Any, address: Any, ahead: Any) -> None:
+    """Ask for memory `ahead` bytes behind an address."""
+    byte, number = ir.IntType(8), ir.IntType(32)
+    address = builder.gep(builder.bitcast(address, byte.as_pointer()), [ahead])
+    kind = ir.FunctionType(ir.VoidType(), [byte.as_pointer(), number, number, number])
+    function = builder.module.declare_intrinsic("llvm.prefetch", [byte.as_pointer()], kind)
+    read, keep, data = number(0), number(3), number(1)
+    builder.call(function, [address, read, keep, data])

@@ -216,14 +216,24 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
                 coarse_place[name[n]] = 0
         return indices, product
 
-    # each component by itself: its sum stays in a register
+    # sums stay in registers, not in arrays
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def restrict(P, children, r, coarse_r):
         weights, r, coarse_r = flat(P.data), flat(r), flat(coarse_r)
         for I in range(children.indptr.size - 1):
+            begin, end = children.indptr[I], children.indptr[I + 1]
+            if scalar and d == 3:
+                x, y, z = 0.0, 0.0, 0.0
+                for q in range(begin, end):
+                    i, w = np.uint64(children.row[q]) * np.uint64(d), weights[children.entry[q]]
+                    x += w * r[i]
+                    y += w * r[i + one]
+                    z += w * r[i + one + one]
+                coarse_r[3 * I], coarse_r[3 * I + 1], coarse_r[3 * I + 2] = x, y, z
+                continue
             for a in range(c):
                 s = 0.0
-                for q in range(children.indptr[I], children.indptr[I + 1]):
+                for q in range(begin, end):
                     i, e = np.uint64(children.row[q]) * np.uint64(d), np.uint64(children.entry[q])
                     if scalar:
                         s += weights[e] * r[i + np.uint64(a)]
