@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from model.node_loop.contact_sweep import SLIP, Candidates
 from model.node_loop.friction_laws import coulomb
 from model.solvers.path_following import follow_path
-from model.solvers.semismooth_newton import SmallProblem, newton_step
+from model.solvers.semismooth_newton import newton_step
+from model.solvers.small_problem import SmallProblem
 
 BOTH_WAYS = np.array([[1.0], [-1.0]])
 ANGLES = np.arange(8) * np.pi / 4
@@ -142,6 +143,22 @@ def test_what_friction_alone_could_hold_is_said_to_turn():
     outcome = tried(drawn(3000495))
     assert outcome["outcome"] == "not converged"
     assert "friction, which alone could hold the body against a rotation about" in outcome["said"]
+
+
+@pytest.mark.parametrize("number", [949, 1408, 1595, 1625, 2077, 2250])
+def test_bodies_that_roll_or_fall_take_few_steps(number):
+    """Once up to 659, of all small problems that a solve has together."""
+    outcome = tried(drawn(number))
+    assert outcome["outcome"] == "solved", outcome["said"]
+    assert outcome["steps"] <= 80
+
+
+@pytest.mark.parametrize("number", [163, 2413, 2864])
+def test_a_motion_without_end_is_told_at_once(number):
+    """Two spin about a pin above them, which mu = 0.01 and 0.1 do not stop, and one falls from an overhang."""
+    said = tried(drawn(number))["said"]
+    assert "the load moves the body on and on" in said
+    assert "1 cycles" in said or "10 cycles" in said
 
 
 def test_slips_without_a_unique_answer_raise_nothing():

@@ -26,7 +26,7 @@ from numba import njit
 
 from model.node_loop.contact_sweep import FREE, SLIP, STICK
 
-CHANGES = 10  # for each unknown
+CHANGES = 1  # for each unknown, and a few: a longer path had better start from nearer
 APART = 1e-3  # of the forces at work: so far from every change a path begins, lest two come at once
 
 

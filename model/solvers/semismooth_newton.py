@@ -1,11 +1,8 @@
-"""The small dense contact problem: semismooth Newton, and the path to the solution where it fails.
+"""Semismooth Newton for the small dense contact problem.
 
 A Newton step solves for what has been decided (free, slip, stick), the friction force of slipping nodes
 following their pressure and slip; a sweep of the node loop then decides again. Steps go on as long as the
-natural residual falls (with a watchdog, Chamberlain et al., Math. Program. Study 16 (1982)). Where it does
-not, a path is followed to the solution, which it reaches after finitely many changes: from the first guess,
-then from all nodes pressed to the road. On it friction is proportional to pressure, in space on a polygon
-that touches the disc where the friction points; Newton's steps go on from there.
+natural residual falls (with a watchdog, Chamberlain et al., Math. Program. Study 16 (1982)).
 
 Everything here is in the frames of the nodes: component 0 along the normal, the others along the tangents.
 `bound` is the address of the friction law, None without friction.
@@ -15,9 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from scipy.linalg.lapack import dpotrf, dpotri
 
-from model.node_loop.blocks import generalised_inverses
 from model.node_loop.contact_sweep import (
     FREE,
     SLIP,
@@ -27,183 +22,15 @@ from model.node_loop.contact_sweep import (
     place_all_on_surface,
     stick_or_slip,
 )
-from model.node_loop.friction_laws import FrictionLaw, allowed
+from model.node_loop.friction_laws import allowed
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.natural_residual import admissible_traction
-from model.problem.rigid_modes import determinate_unknowns, free_modes, null_space
+from model.problem.rigid_modes import free_modes
 from model.solvers.iterative_refinement import ROUNDING
-from model.solvers.path_following import follow_path
 
 CHAIN = 5  # Newton steps that may pass before the residual must have halved
-ENOUGH = 0.1  # of the residual: after a Newton step that leaves no more a sweep must not raise it by rounding
-PATHS = 4  # one after the other, each with the last one's friction
+QUICK = 0.1  # of the residual: after a Newton step that leaves no more a sweep must not raise it by rounding
 EDGES = 6  # of the polygon that stands for a friction disc
-
-
-class SmallProblem:
-    """The contact problem of k nodes with a dense matrix, along s components each: the normal, or all.
-
-    Parameters
-    ----------
-    W : (k s, k s)
-        Displacements under unit forces with the pins at rest, in the frames of the nodes.
-    G : (k s, p)
-        Displacements when the pins move by a unit.
-    resistance : (p, p)
-        What the pins resist by themselves.
-    springs : (k, s, s) or None
-        Springs that hold the nodes, in their frames.
-    sides : int
-        s.
-    friction : FrictionLaw or None
-    steps : (1,) int
-        Counts steps of Newton and changes along paths.
-    """
-
-    def __init__(
-        self,
-        W: np.ndarray,
-        G: np.ndarray,
-        resistance: np.ndarray,
-        springs: np.ndarray | None,
-        sides: int,
-        friction: FrictionLaw | None,
-        steps: np.ndarray,
-    ):
-        S, Y, Z = bordered_inverse(W, G, resistance)
-        S = total = np.ascontiguousarray(symmetric(S))
-        free, k = np.eye(G.shape[1])[:, np.abs(resistance).sum(axis=0) == 0.0], W.shape[0] // sides
-        if springs is not None:
-            C = block_diagonal(springs)
-            total = S + C
-            if free.size:
-                free = free @ null_space(C @ G @ free, np.abs(C).max() * np.abs(G).max())
-        nodes = np.arange(k)
-        block = np.ascontiguousarray(total.reshape(k, sides, k, sides)[nodes, :, nodes])
-        inverse = np.empty_like(block)
-        generalised_inverses(block, nodes, inverse)
-        frame = np.tile(np.eye(sides), (k, 1, 1))
-        anchors, G = np.zeros(k, dtype=np.bool_), G @ free
-        anchors[determinate_unknowns(G) // sides] = True
-        self.arrays = Condensed(total, S, Y, Z, G, anchors, nodes, frame, block, inverse, steps)
-        self._bound = None if friction is None else friction.address
-
-    def solve(
-        self,
-        whole: "Whole",
-        active: np.ndarray,
-        slip_rate: float,
-        tolerance: float,
-        slight: float,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Find the forces that the nodes miss, all others in equilibrium.
-
-        Parameters
-        ----------
-        whole : Whole
-            Its status is updated in place.
-        active : (k,)
-            The numbers among the candidates of the nodes of this problem.
-        slip_rate : float
-            What slip is multiplied by for the friction law.
-        tolerance : float
-            Natural residual at which to stop; rounding may stop it earlier, which the caller's own residual
-            will tell.
-        slight : float
-            Force that is taken for rounding where it drives a rigid mode.
-
-        Returns
-        -------
-        force : (k, d)
-            Forces of the road that are missing.
-        pins : (p,)
-            Displacements of the pins.
-        move : (k, s)
-            Displacements of the nodes from u, in their frames.
-        """
-        arrays, candidates, status = self.arrays, whole.candidates, whole.status
-        k, s = arrays.block.shape[:2]
-        frame, nodes = candidates.frame[active], candidates.nodes[active]
-        target, known, been = (
-            np.einsum("cab,cb->ca", frame, v)
-            for v in (whole.free[nodes], whole.known[active], whole.u[nodes])
-        )
-        target, known = target[:, :s], known[:, :s]
-        b = (arrays.bare @ target.ravel() + arrays.Y @ whole.power).reshape(k, s) - known
-        # a node's own stiffness, for that which is left of it in S may be none
-        own = arrays.block if self._bound is None else candidates.block[active]
-        reference = (candidates.reference[active] - been[:, 1:])[:, : s - 1].copy()
-        state = candidates.state[active]
-        contact = Candidates(
-            nodes=arrays.nodes,
-            number=arrays.nodes,
-            frame=arrays.frame,
-            block=own,
-            gap=whole.gap[active],
-            reference=reference,
-            state=state,
-        )
-        decided = status[active] if self._bound is not None else np.minimum(status[active], np.int8(SLIP))
-        move, found = np.zeros((k, s)), np.empty((k, s))
-        solve_small(arrays, contact, b, move, decided, found, self._bound, slip_rate, tolerance, slight)
-        status[active] = decided
-        pins = arrays.Y.T @ (move - target).ravel() - arrays.Z @ whole.power
-        return np.einsum("ca,cab->cb", found - known, frame[:, :s]), pins, move
-
-
-def block_diagonal(blocks: np.ndarray) -> np.ndarray:
-    """The matrix (k d, k d) of blocks (k, d, d) on its diagonal."""
-    k, d = blocks.shape[:2]
-    full = np.zeros((k, d, k, d))
-    full[np.arange(k), :, np.arange(k)] = blocks
-    return full.reshape(k * d, k * d)
-
-
-def symmetric(S: np.ndarray) -> np.ndarray:
-    """S with its lower triangle on both sides."""
-    return np.tril(S) + np.tril(S, -1).T
-
-
-def bordered_inverse(
-    W: np.ndarray, G: np.ndarray, resistance: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Blocks S (k, k), Y (k, p), Z (p, p) of the inverse of [[W, G], [G^T, -resistance]]."""
-    k, p = G.shape
-    if p == 0:
-        factor, trouble = dpotrf(W, lower=1)
-        S = np.linalg.inv(W) if trouble else dpotri(factor, lower=1)[0]
-        return S, np.zeros((k, 0)), np.zeros((0, 0))
-    w, g = W.diagonal().mean() or 1.0, np.abs(G).max()
-    inverse = np.linalg.inv(np.block([[W / w, G / g], [G.T / g, -resistance * (w / g**2)]]))
-    return inverse[:k, :k] / w, inverse[:k, k:] / g, inverse[k:, k:] * (w / g**2)
-
-
-class Whole(NamedTuple):
-    """What the small problem is told of the whole.
-
-    Attributes
-    ----------
-    candidates : Candidates
-        All of them, n.
-    u, free : (N, d)
-        Displacement, and where it would go from there with the known forces alone and the pins at rest.
-    power : (p,)
-        Work of the known forces when the pins move by a unit.
-    gap : (n,)
-        Gaps at u.
-    known : (n, d)
-        Known forces of the road.
-    status : (n,)
-        First guess.
-    """
-
-    candidates: Candidates
-    u: np.ndarray
-    free: np.ndarray
-    power: np.ndarray
-    gap: np.ndarray
-    known: np.ndarray
-    status: np.ndarray
 
 
 class Condensed(NamedTuple):
@@ -214,7 +41,6 @@ class Condensed(NamedTuple):
     S, bare : (k s, k s) stiffness, with springs and without
     Y, Z : (k s, p), (p, p) what moves the pins
     G : (k s, m) rigid modes, S G = 0
-    anchors : (k,) nodes that would hold all modes
     nodes : (k,) 0, 1, 2, ...
     frame : (k, s, s) unit matrices: the problem is in the nodes' frames already
     block, inverse : (k, s, s) diagonal blocks of S, and their inverses
@@ -226,7 +52,6 @@ class Condensed(NamedTuple):
     Y: np.ndarray
     Z: np.ndarray
     G: np.ndarray
-    anchors: np.ndarray
     nodes: np.ndarray
     frame: np.ndarray
     block: np.ndarray
@@ -234,48 +59,30 @@ class Condensed(NamedTuple):
     steps: np.ndarray
 
 
-@njit(cache=True, error_model="numpy")
-def solve_small(arrays, contact, b, u, status, force, bound, slip_rate, tolerance, slight):
-    """Fill u (k, d), status (k,) and force (k, d) with the solution; u and status are the first guess."""
-    trial, decided, pushed = u.copy(), status.copy(), force.copy()
-    best, driven = newton(arrays, contact, b, u, status, force, bound, slip_rate, tolerance, slight)
-    pressed = arrays.anchors & driven
-    residual_of(arrays, contact, b, trial, decided, np.empty_like(u), pushed, bound, slip_rate)
-    for _ in range(PATHS):
-        if best <= max(tolerance, rounding_of(arrays, b, u, force)):
-            break
-        mu, ways = secants(contact, u, status, force, bound, slip_rate)
-        found, count = follow_path(
-            arrays.S, b, contact.gap, contact.reference, mu, ways, trial, pushed, decided, pressed
-        )
-        arrays.steps[0] += count
-        pressed = np.full(status.size, not pressed.all())
-        if found:
-            after, _ = newton(arrays, contact, b, trial, decided, pushed, bound, slip_rate, tolerance, slight)
-            if after < best:
-                u[:], status[:], force[:], best = trial, decided, pushed, after
-        trial, decided, pushed = u.copy(), status.copy(), force.copy()
+class Found(NamedTuple):
+    """Displacement, status and force with the least residual that was found, and whether it is enough."""
+
+    u: np.ndarray
+    status: np.ndarray
+    force: np.ndarray
+    converged: bool
 
 
 @njit(cache=True, error_model="numpy")
-def newton(arrays, contact, b, u, status, force, bound, slip_rate, tolerance, slight):
-    """Bring u (k, d), status (k,) and force (k, d) to the least residual that Newton's steps find.
-
-    Return it, and whether at the start the load drives a rigid mode that nothing holds.
-    """
+def newton(arrays, contact, b, start, start_status, bound, slip_rate, tolerance, slight):
+    """Take Newton's steps from a displacement (k, d) and status (k,) as long as the residual falls."""
+    u, status, R, pushed = start.copy(), start_status.copy(), np.empty_like(start), np.empty_like(start)
     place_all_on_surface(contact, u, status)
-    trial, decided, R, pushed = u.copy(), status.copy(), np.empty_like(u), np.empty_like(u)
-    best = residual_of(arrays, contact, b, u, status, R, pushed, bound, slip_rate)
-    force[:], mark, idle, steps = pushed, best, 0, 0
+    best, idle = residual_of(arrays, contact, b, u, status, R, pushed, bound, slip_rate), 0
+    trial, decided, force, mark = u.copy(), status.copy(), pushed.copy(), best
     while idle < CHAIN and best > max(tolerance, rounding_of(arrays, b, u, force)):
         step, driven = newton_step(arrays, contact, trial, decided, R, pushed, bound, slip_rate, slight)
         if driven:
-            return best, steps == 0
-        steps += 1
+            break
         trial += step
         place_all_on_surface(contact, trial, decided)
         after = residual_of(arrays, contact, b, trial, decided, R, pushed, bound, slip_rate)
-        quick = after <= ENOUGH * best
+        quick = after <= QUICK * best
         if after < best:
             u[:], status[:], force[:], best = trial, decided, pushed, after
         sweep(arrays, contact, b, trial, decided, bound, slip_rate)
@@ -288,7 +95,7 @@ def newton(arrays, contact, b, u, status, force, bound, slip_rate, tolerance, sl
         idle += 1
         if best < 0.5 * mark:
             mark, idle = best, 0
-    return best, False
+    return Found(u, status, force, best <= max(tolerance, rounding_of(arrays, b, u, force)))
 
 
 @njit(cache=True, error_model="numpy")

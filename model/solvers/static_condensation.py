@@ -36,7 +36,7 @@ from model.problem.rigid_modes import (
 )
 from model.solvers.convergence_record import Record
 from model.solvers.factorisation import factorised
-from model.solvers.semismooth_newton import SmallProblem, Whole
+from model.solvers.small_problem import SmallProblem, Whole
 
 HARD = 1e4  # times the softest unknown; it costs as many digits as it has
 SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
@@ -173,8 +173,10 @@ class Condensation:
         """
         loop, record.patience, record.fall = self.loop, IDLE, FALL
         record.idle = record.soon = 0
-        before = record.cycles
+        before, self._driven = record.cycles, False
         while not record.finished(loop.residual(u, status)):
+            if self._driven:
+                record.give_up("the load moves the body on and on, and no node that it comes to stops it")
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]
             loop.force[apart] = 0.0
@@ -204,7 +206,7 @@ class Condensation:
             Forces on the candidates that touch; default zero.
         """
         self._take_springs()
-        loop, contact = self.loop, self.loop.contact
+        loop, contact, self._driven = self.loop, self.loop.contact, False
         known = np.zeros(loop.force.shape) if known is None else known
         selected = np.zeros(status.size, dtype=np.bool_)
         selected[self._anchors] = selected[self.rigid.bearing] = True
@@ -228,6 +230,7 @@ class Condensation:
         while selected.any() and (missed.size or not force.size):
             active = self._set_up(np.flatnonzero(selected))
             force, pins, moved = self.small.solve(whole, active, loop.slip_rate, tolerance, slight)
+            self._driven = self.small.driven
             if self._springs is not None:
                 force -= np.einsum("cab,ceb,ce->ca", self._springs[active], loop.frame[active], moved)
             there = free[loop.nodes] + self._spread(active, force, self._row)

@@ -1,0 +1,304 @@
+"""The small dense contact problem: semismooth Newton, and proximal points where it fails.
+
+Where Newton's steps fail from the first guess v, springs are added that hold the nodes there,
+
+    S u + spring M (u - v) = b + forces of the road,                                                      (1)
+
+u is the next v, and softer springs follow: the proximal point method (R. T. Rockafellar, SIAM J. Control
+Optim. 14 (1976)), or the body in a fluid ever thinner. M takes in what the body resists least: its rigid
+modes, where it has any. Newton's steps solve (1) from the last point, or else a path of few changes does, or
+the springs fall less. The force of the springs goes to zero where there is an answer, and Newton's steps go
+on from there without; where the load moves the body for ever, it goes to what drives it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotri
+
+from model.node_loop.blocks import generalised_inverses
+from model.node_loop.contact_sweep import FREE, SLIP, Candidates
+from model.node_loop.friction_laws import FrictionLaw
+from model.problem.rigid_modes import null_space
+from model.solvers.path_following import follow_path
+from model.solvers.semismooth_newton import Condensed, Found, newton, residual_of, secants
+
+ENOUGH = 1e-4  # of what the last springs pulled: residual of a proximal point, a start for the next
+POINTS = 40  # at most
+FALL = 0.1  # of the springs from one proximal point to the next,
+SLOWEST = 0.7  # and where that is too quick its root, up to this
+STEADY = 0.05  # change of what springs pull that is none: where it stays below that
+FAR = 1e-3  # while the springs fall to so much, and no free node comes nearer
+SLOW = 1e-6  # of the motion by more than so much, the motion never ends
+
+
+class SmallProblem:
+    """The contact problem of k nodes with a dense matrix, along s components each: the normal, or all.
+
+    Parameters
+    ----------
+    W : (k s, k s)
+        Displacements under unit forces with the pins at rest, in the frames of the nodes.
+    G : (k s, p)
+        Displacements when the pins move by a unit.
+    resistance : (p, p)
+        What the pins resist by themselves.
+    springs : (k, s, s) or None
+        Springs that hold the nodes, in their frames.
+    sides : int
+        s.
+    friction : FrictionLaw or None
+    steps : (1,) int
+        Counts steps of Newton and changes along paths.
+
+    Attributes
+    ----------
+    driven : bool
+        The last load moves these nodes on for ever.
+    """
+
+    def __init__(
+        self,
+        W: np.ndarray,
+        G: np.ndarray,
+        resistance: np.ndarray,
+        springs: np.ndarray | None,
+        sides: int,
+        friction: FrictionLaw | None,
+        steps: np.ndarray,
+    ):
+        S, Y, Z = bordered_inverse(W, G, resistance)
+        S = total = np.ascontiguousarray(symmetric(S))
+        free, k = np.eye(G.shape[1])[:, np.abs(resistance).sum(axis=0) == 0.0], W.shape[0] // sides
+        if springs is not None:
+            C = block_diagonal(springs)
+            total = S + C
+            if free.size:
+                free = free @ null_space(C @ G @ free, np.abs(C).max() * np.abs(G).max())
+        nodes = np.arange(k)
+        block = np.ascontiguousarray(total.reshape(k, sides, k, sides)[nodes, :, nodes])
+        inverse = np.empty_like(block)
+        generalised_inverses(block, nodes, inverse)
+        frame = np.tile(np.eye(sides), (k, 1, 1))
+        self.arrays = Condensed(total, S, Y, Z, G @ free, nodes, frame, block, inverse, steps)
+        self._bound = None if friction is None else friction.address
+        self.driven = False
+
+    def solve(
+        self,
+        whole: "Whole",
+        active: np.ndarray,
+        slip_rate: float,
+        tolerance: float,
+        slight: float,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Find the forces that the nodes miss, all others in equilibrium.
+
+        Parameters
+        ----------
+        whole : Whole
+            Its status is updated in place.
+        active : (k,)
+            The numbers among the candidates of the nodes of this problem.
+        slip_rate : float
+            What slip is multiplied by for the friction law.
+        tolerance : float
+            Natural residual at which to stop; rounding may stop it earlier, which the caller's own residual
+            will tell.
+        slight : float
+            Force that is taken for rounding where it drives a rigid mode.
+
+        Returns
+        -------
+        force : (k, d)
+            Forces of the road that are missing.
+        pins : (p,)
+            Displacements of the pins.
+        move : (k, s)
+            Displacements of the nodes from u, in their frames.
+        """
+        arrays, candidates, status = self.arrays, whole.candidates, whole.status
+        k, s = arrays.block.shape[:2]
+        frame, nodes = candidates.frame[active], candidates.nodes[active]
+        target, known, been = (
+            np.einsum("cab,cb->ca", frame, v)
+            for v in (whole.free[nodes], whole.known[active], whole.u[nodes])
+        )
+        target, known = target[:, :s], known[:, :s]
+        b = (arrays.bare @ target.ravel() + arrays.Y @ whole.power).reshape(k, s) - known
+        # a node's own stiffness, for that which is left of it in S may be none
+        own = arrays.block if self._bound is None else candidates.block[active]
+        reference = (candidates.reference[active] - been[:, 1:])[:, : s - 1].copy()
+        state = candidates.state[active]
+        contact = Candidates(
+            nodes=arrays.nodes,
+            number=arrays.nodes,
+            frame=arrays.frame,
+            block=own,
+            gap=whole.gap[active],
+            reference=reference,
+            state=state,
+        )
+        decided = status[active] if self._bound is not None else np.minimum(status[active], np.int8(SLIP))
+        law = (self._bound, slip_rate)
+        move, decided, found, self.driven = solved(
+            arrays, contact, b, np.zeros((k, s)), decided, law, tolerance, slight
+        )
+        status[active] = decided
+        pins = arrays.Y.T @ (move - target).ravel() - arrays.Z @ whole.power
+        return np.einsum("ca,cab->cb", found - known, frame[:, :s]), pins, move
+
+
+def solved(
+    arrays: Condensed,
+    contact: Candidates,
+    b: np.ndarray,
+    u: np.ndarray,
+    status: np.ndarray,
+    law: tuple[int | None, float],
+    tolerance: float,
+    slight: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Return displacement (k, s), status (k,) and force (k, s); where none is found, of the last point.
+
+    Return also whether the load moves the nodes on for ever.
+
+    Parameters
+    ----------
+    arrays : Condensed
+    contact : Candidates
+        In their own frames, as b and u.
+    b : (k, s)
+    u, status : (k, s), (k,)
+        First guess; kept.
+    law : address, float
+        Of friction, None without, and what multiplies its slip.
+    tolerance, slight : float
+        As for `SmallProblem.solve`.
+    """
+    found = newton(arrays, contact, b, u, status, *law, tolerance, slight)
+    if found.converged:
+        return *found[:3], False
+    Q = np.linalg.qr(arrays.G)[0] if arrays.G.shape[1] else np.eye(u.size)
+    M, size, k, s = Q @ Q.T, np.linalg.norm(b), *u.shape
+    spring, fall, before, same = np.abs(arrays.block).max() / FALL, FALL, size, np.inf
+    driven = False
+    for _ in range(POINTS):
+        springs = spring * fall * M
+        pull = b + (springs @ u.ravel()).reshape(k, s)
+        enough = max(tolerance, ENOUGH * before / size)
+        point = newton_or_path(with_springs(arrays, springs), contact, pull, u, status, law, enough, slight)
+        if not point.converged:
+            fall = np.sqrt(fall)
+            if fall > SLOWEST:
+                break
+            continue
+        spring *= fall
+        step, u, status = point.u - u, point.u, point.status
+        pulls = spring * np.linalg.norm(M @ step.ravel())
+        if pulls < 0.5 * before or pulls <= tolerance * size:
+            found = newton(arrays, contact, b, u, status, *law, tolerance, slight)
+            if found.converged or pulls <= tolerance * size:
+                return *found[:3], False
+        fall = FALL
+        if abs(pulls - before) > STEADY * before:
+            same = spring
+        elif spring > FAR * same or np.any(step[status == FREE, 0] < -SLOW * np.abs(step).max()):
+            fall = FALL**2
+        else:
+            driven = pulls > SLOW * size
+            break
+        before = pulls
+    force = np.empty_like(u)
+    residual_of(arrays, contact, b, u, status, np.empty_like(u), force, *law)
+    return u, status, force, driven
+
+
+def with_springs(arrays: Condensed, springs: np.ndarray) -> Condensed:
+    """The small problem with springs (k s, k s) that leave no rigid mode."""
+    k, s = arrays.block.shape[:2]
+    S, nodes = arrays.S + springs, arrays.nodes
+    block = np.ascontiguousarray(S.reshape(k, s, k, s)[nodes, :, nodes])
+    inverse = np.empty_like(block)
+    generalised_inverses(block, nodes, inverse)
+    return arrays._replace(S=S, G=np.zeros((k * s, 0)), block=block, inverse=inverse)
+
+
+def newton_or_path(
+    arrays: Condensed,
+    contact: Candidates,
+    b: np.ndarray,
+    u: np.ndarray,
+    status: np.ndarray,
+    law: tuple[int | None, float],
+    tolerance: float,
+    slight: float,
+) -> Found:
+    """Newton's steps from u (k, s) and status (k,), and where they fail a path from there."""
+    found = newton(arrays, contact, b, u, status, *law, tolerance, slight)
+    if found.converged:
+        return found
+    mu, ways = secants(contact, found.u, found.status, found.force, *law)
+    at, decided, force = u.copy(), status.copy(), np.empty_like(u)
+    residual_of(arrays, contact, b, at, decided, np.empty_like(u), force, *law)
+    nobody = np.zeros(status.size, dtype=np.bool_)
+    arrived, count = follow_path(
+        arrays.S, b, contact.gap, contact.reference, mu, ways, at, force, decided, nobody
+    )
+    arrays.steps[0] += count
+    return newton(arrays, contact, b, at, decided, *law, tolerance, slight) if arrived else found
+
+
+def block_diagonal(blocks: np.ndarray) -> np.ndarray:
+    """The matrix (k d, k d) of blocks (k, d, d) on its diagonal."""
+    k, d = blocks.shape[:2]
+    full = np.zeros((k, d, k, d))
+    full[np.arange(k), :, np.arange(k)] = blocks
+    return full.reshape(k * d, k * d)
+
+
+def symmetric(S: np.ndarray) -> np.ndarray:
+    """S with its lower triangle on both sides."""
+    return np.tril(S) + np.tril(S, -1).T
+
+
+def bordered_inverse(
+    W: np.ndarray, G: np.ndarray, resistance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Blocks S (k, k), Y (k, p), Z (p, p) of the inverse of [[W, G], [G^T, -resistance]]."""
+    k, p = G.shape
+    if p == 0:
+        factor, trouble = dpotrf(W, lower=1)
+        S = np.linalg.inv(W) if trouble else dpotri(factor, lower=1)[0]
+        return S, np.zeros((k, 0)), np.zeros((0, 0))
+    w, g = W.diagonal().mean() or 1.0, np.abs(G).max()
+    inverse = np.linalg.inv(np.block([[W / w, G / g], [G.T / g, -resistance * (w / g**2)]]))
+    return inverse[:k, :k] / w, inverse[:k, k:] / g, inverse[k:, k:] * (w / g**2)
+
+
+class Whole(NamedTuple):
+    """What the small problem is told of the whole.
+
+    Attributes
+    ----------
+    candidates : Candidates
+        All of them, n.
+    u, free : (N, d)
+        Displacement, and where it would go from there with the known forces alone and the pins at rest.
+    power : (p,)
+        Work of the known forces when the pins move by a unit.
+    gap : (n,)
+        Gaps at u.
+    known : (n, d)
+        Known forces of the road.
+    status : (n,)
+        First guess.
+    """
+
+    candidates: Candidates
+    u: np.ndarray
+    free: np.ndarray
+    power: np.ndarray
+    gap: np.ndarray
+    known: np.ndarray
+    status: np.ndarray
