@@ -155,7 +155,7 @@ def test_bodies_that_roll_or_fall_take_few_steps(number):
 
 @pytest.mark.parametrize("number", [163, 2413, 2864])
 def test_a_motion_without_end_is_told_at_once(number):
-    """Two spin about a pin above them, which mu = 0.01 and 0.1 do not stop, and one falls from an overhang."""
+    """Two spin about a pin above them, mu = 0.01 and 0.1, and one falls from an overhang."""
     said = tried(drawn(number))["said"]
     assert "the load moves the body on and on" in said
     assert "1 cycles" in said or "10 cycles" in said

@@ -8,7 +8,8 @@ u is the next v, and softer springs follow: the proximal point method (R. T. Roc
 Optim. 14 (1976)), or the body in a fluid ever thinner. M takes in what the body resists least: its rigid
 modes, where it has any. Newton's steps solve (1) from the last point, or else a path of few changes does, or
 the springs fall less. The force of the springs goes to zero where there is an answer, and Newton's steps go
-on from there without; where the load moves the body for ever, it goes to what drives it.
+on from there without; where the load moves the body for ever, it goes to what drives it. Large friction may
+hold the body all the same: that is tried last, by the path from all nodes pressed to the road.
 """
 
 from typing import NamedTuple
@@ -180,38 +181,42 @@ def solved(
     if found.converged:
         return *found[:3], False
     Q = np.linalg.qr(arrays.G)[0] if arrays.G.shape[1] else np.eye(u.size)
-    M, size, k, s = Q @ Q.T, np.linalg.norm(b), *u.shape
-    spring, fall, before, same = np.abs(arrays.block).max() / FALL, FALL, size, np.inf
-    driven = False
+    M, size, own = Q @ Q.T, np.linalg.norm(b), np.abs(arrays.block).max()
+    last = Found(u, status, np.zeros_like(u), False)
+    spring, fall, before, same, driven = own / FALL, FALL, size, np.inf, False
     for _ in range(POINTS):
         springs = spring * fall * M
-        pull = b + (springs @ u.ravel()).reshape(k, s)
+        held = with_springs(arrays, springs)
+        pull = b + (springs @ last.u.ravel()).reshape(u.shape)
         enough = max(tolerance, ENOUGH * before / size)
-        point = newton_or_path(with_springs(arrays, springs), contact, pull, u, status, law, enough, slight)
+        point = newton(held, contact, pull, last.u, last.status, *law, enough, slight)
+        if not point.converged:
+            point = by_path(held, contact, pull, last, False, point, law, enough, slight)
         if not point.converged:
             fall = np.sqrt(fall)
             if fall > SLOWEST:
                 break
             continue
-        spring *= fall
-        step, u, status = point.u - u, point.u, point.status
+        spring, fall, step, last = spring * fall, FALL, point.u - last.u, point
         pulls = spring * np.linalg.norm(M @ step.ravel())
         if pulls < 0.5 * before or pulls <= tolerance * size:
-            found = newton(arrays, contact, b, u, status, *law, tolerance, slight)
+            found = newton(arrays, contact, b, last.u, last.status, *law, tolerance, slight)
             if found.converged or pulls <= tolerance * size:
                 return *found[:3], False
-        fall = FALL
         if abs(pulls - before) > STEADY * before:
             same = spring
-        elif spring > FAR * same or np.any(step[status == FREE, 0] < -SLOW * np.abs(step).max()):
+        elif spring > FAR * same or np.any(step[last.status == FREE, 0] < -SLOW * np.abs(step).max()):
             fall = FALL**2
         else:
             driven = pulls > SLOW * size
             break
         before = pulls
+    found = by_path(arrays, contact, b, last, True, found, law, tolerance, slight)
+    if found.converged:
+        return *found[:3], False
     force = np.empty_like(u)
-    residual_of(arrays, contact, b, u, status, np.empty_like(u), force, *law)
-    return u, status, force, driven
+    residual_of(arrays, contact, b, last.u, last.status, np.empty_like(u), force, *law)
+    return last.u, last.status, force, driven
 
 
 def with_springs(arrays: Condensed, springs: np.ndarray) -> Condensed:
@@ -224,29 +229,26 @@ def with_springs(arrays: Condensed, springs: np.ndarray) -> Condensed:
     return arrays._replace(S=S, G=np.zeros((k * s, 0)), block=block, inverse=inverse)
 
 
-def newton_or_path(
+def by_path(
     arrays: Condensed,
     contact: Candidates,
     b: np.ndarray,
-    u: np.ndarray,
-    status: np.ndarray,
+    start: Found,
+    pressed: bool,
+    guess: Found,
     law: tuple[int | None, float],
     tolerance: float,
     slight: float,
 ) -> Found:
-    """Newton's steps from u (k, s) and status (k,), and where they fail a path from there."""
-    found = newton(arrays, contact, b, u, status, *law, tolerance, slight)
-    if found.converged:
-        return found
-    mu, ways = secants(contact, found.u, found.status, found.force, *law)
-    at, decided, force = u.copy(), status.copy(), np.empty_like(u)
-    residual_of(arrays, contact, b, at, decided, np.empty_like(u), force, *law)
-    nobody = np.zeros(status.size, dtype=np.bool_)
+    """Follow a path from a start, or from all nodes pressed to the road, with the friction of a guess."""
+    mu, ways = secants(contact, guess.u, guess.status, guess.force, *law)
+    u, status, force = (v.copy() for v in start[:3])
+    everybody = np.full(status.size, pressed)
     arrived, count = follow_path(
-        arrays.S, b, contact.gap, contact.reference, mu, ways, at, force, decided, nobody
+        arrays.S, b, contact.gap, contact.reference, mu, ways, u, force, status, everybody
     )
     arrays.steps[0] += count
-    return newton(arrays, contact, b, at, decided, *law, tolerance, slight) if arrived else found
+    return newton(arrays, contact, b, u, status, *law, tolerance, slight) if arrived else guess
 
 
 def block_diagonal(blocks: np.ndarray) -> np.ndarray:
