@@ -26,6 +26,7 @@ from model.node_loop.friction_laws import allowed
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.natural_residual import admissible_traction
 from model.problem.rigid_modes import free_modes
+from model.solvers.convergence_record import ASTRAY
 from model.solvers.iterative_refinement import ROUNDING
 
 CHAIN = 5  # Newton steps that may pass before the residual must have halved
@@ -180,7 +181,7 @@ def rounding_of(arrays, b, u, force):
     """Natural residual that the rounding of S u alone may leave."""
     size = np.abs(arrays.S) @ np.abs(u).reshape(u.size)
     scale = np.sqrt(np.sum(b**2)) + np.sqrt(np.sum(force**2))
-    return 2 * ROUNDING * np.sqrt(np.sum(size**2)) / scale if scale > 0.0 else 1.0
+    return min(2 * ROUNDING * np.sqrt(np.sum(size**2)) / scale, ASTRAY) if scale > 0.0 else 1.0
 
 
 @njit(cache=True, error_model="numpy")

@@ -42,6 +42,7 @@ HARD = 1e4  # times the softest unknown; it costs as many digits as it has
 SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
 IDLE = 8  # cycles without progress that are enough: each is exact but for rounding,
 FALL = 0.5  # so that one which does not halve the residual is none
+DRIVEN = 3  # cycles whose small problem finds a motion without end: the second may still stop it
 NEAR = 1e-6  # of the largest gap: who is so near to the road, once the body has landed, may touch
 NOBODY = np.zeros(0, dtype=np.int64)
 MEMORY = 2**27  # bytes that whole columns of A^-1 may take
@@ -172,10 +173,11 @@ class Condensation:
         more of the small problem: what little holds a body magnifies what that one leaves.
         """
         loop, record.patience, record.fall = self.loop, IDLE, FALL
-        record.idle = record.soon = 0
-        before, self._driven = record.cycles, False
+        record.idle, record.soon, self._driven = 0, 0, False
+        before, driven = record.cycles, 0
         while not record.finished(loop.residual(u, status)):
-            if self._driven:
+            driven = driven + 1 if self._driven else 0
+            if driven == DRIVEN:
                 record.give_up("the load moves the body on and on, and no node that it comes to stops it")
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]
