@@ -22,14 +22,13 @@ from dataclasses import replace
 
 import numpy as np
 from harness.pictures import traction_figure
-from harness.readings import last_slip, note_laws, note_pulled, read_patch, save_last_step
+from harness.readings import last_slip, note_laws, note_pulled, note_uncoupled, read_patch, save_last_step
 from harness.refusals import refusal
 from harness.scene import Scene
 
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, half_cylinder
-from model import BodyOnRoad, Carter, HertzCylinder, MindlinCylinder, Status, follow, line_error, solve
-from model.results.pressure import contact_half_width
+from model import BodyOnRoad, Carter, HertzCylinder, MindlinCylinder, Status, follow, solve
 
 scene = Scene("section_3_1_2_tangential_loading", "A half cylinder pressed and pulled along (section 3.1.2).")
 scene.built("K").left_out("M", "C", "gmsh", "pyvista")
@@ -77,16 +76,8 @@ mindlin = MindlinCylinder(hertz, Q, mu)
 laid_on = solve(smooth.problem, "direct").displacement[rough.problem.contact_nodes]
 uncoupled = replace(rough.problem, tangential_reference=laid_on)
 *_, last = follow(uncoupled, [push + pull * k for k in part], "direct")
-patch = read_patch(rough, last)
-patch = patch._replace(x=patch.x - patch.width.centre)
-zone = contact_half_width(patch.x, mu * patch.p - abs(patch.tau), patch.status == Status.STICK)
-scene.result("c_over_a[uncoupled]", zone.interpolated / hertz.a, "1", 0.5, "eq. (15)")
-error = line_error(patch.x, abs(patch.tau), mindlin.traction)
-scene.result("tau_L2_error[uncoupled]", error, "1", 0.0, "eq. (14)")
-scene.result("patch_centre[uncoupled]", patch.width.centre, "mm", 0.0, "eq. (14)")
-scene.result("stick_centre[uncoupled]", zone.centre, "mm", 0.0, "eq. (14), from the middle of the patch")
+patch, sticks = note_uncoupled(scene, rough, last, mindlin, mu)
 theory = {"Cattaneo-Mindlin, (14)": mindlin.traction, "full sliding": mindlin.sliding_traction}
-sticks = zone.centre - zone.interpolated, zone.centre + zone.interpolated
 scene.figure(traction_figure(patch, mu, theory, hertz.a, "Uncoupled", sticks), "uncoupled")
 scene.finish(last)
 

@@ -62,7 +62,9 @@ def note_errors(scene: Scene) -> None:
     spent = {name: np.array(run) for name, run in seconds.items()}
     scene.figure(convergence_figure(np.array(dts), found, "dt (s)", ylabel, floors=level), "error_over_dt")
     label = "processor time of the run (s)"
-    scene.figure(convergence_figure(spent, found, label, ylabel, floors=level), "error_over_run_time")
+    figure = convergence_figure(spent, found, label, ylabel, floors=level)
+    figure.axes[0].legend(loc="lower left", frameon=False, fontsize="small")
+    scene.figure(figure, "error_over_run_time")
 
 
 def ridden(scheme: Any, end: float) -> tuple[np.ndarray, float]:

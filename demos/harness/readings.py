@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from harness.scene import Scene
-from model import Status
+from model import Status, line_error
 from model.results.pressure import HalfWidth, contact_half_width
 
 
@@ -131,6 +131,42 @@ def note_laws(
         f"max_coulomb_violation[{name}]", coulomb_violation(pressed, solutions, mu), "p0", 0.0, "eq. (7)"
     )
     scene.result(f"force_balance_error[{name}]", off.max() / np.abs(force).max(), "1", 0.0, "equilibrium")
+
+
+def note_even(scene: Scene, contact: Any, solution: Any, expected: float) -> None:
+    """Note a pressure (MPa) that should be the same at every node, and the least gap."""
+    p = contact.pressure(solution)
+    scene.result("pressure", p.mean(), "MPa", expected, "eq. (a)")
+    scene.result("largest_error_of_pressure", abs(p / expected - 1).max(), "1", 0.0, "eq. (a)")
+    scene.result("min_gap[plane]", solution.gap.min(), "mm", 0.0, "eq. (5)")
+
+
+def note_uncoupled(
+    scene: Scene, pressed: Any, solution: Any, mindlin: Any, mu: float
+) -> tuple[Patch, tuple[float, float]]:
+    """Note a patch and its stick zone beside Cattaneo and Mindlin's (14); return it, centred, and the zone (mm).
+
+    Over the stick zone mu p - |tau| is an ellipse, whose zeros locate c between the nodes.
+    """
+    patch, a = read_patch(pressed, solution), mindlin.normal.a
+    patch = patch._replace(x=patch.x - patch.width.centre)
+    zone = contact_half_width(patch.x, mu * patch.p - abs(patch.tau), patch.status == Status.STICK)
+    error = line_error(patch.x, abs(patch.tau), mindlin.traction)
+    middle = "eq. (14), from the middle of the patch"
+    scene.result("c_over_a[uncoupled]", zone.interpolated / a, "1", 0.5, "eq. (15)")
+    scene.result("tau_L2_error[uncoupled]", error, "1", 0.0, "eq. (14)")
+    scene.result("patch_centre[uncoupled]", patch.width.centre, "mm", 0.0, "eq. (14)")
+    scene.result("stick_centre[uncoupled]", zone.centre, "mm", 0.0, middle)
+    return patch, (zone.centre - zone.interpolated, zone.centre + zone.interpolated)
+
+
+def note_hill(scene: Scene, hill: Any, solution: Any) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Note who touches on a hill, the least gap and the residual; return the tractions over x by name."""
+    scene.result("nodes_in_contact[hill]", np.count_nonzero(solution.status), "1")
+    scene.result("min_gap[hill]", solution.gap.min(), "mm", 0.0, "eq. (5)")
+    scene.result("residual[hill]", solution.residual, "1", 1e-10, "asked for", "at most")
+    patch = read_patch(hill, solution)
+    return {"pressure": (patch.x, patch.p), "traction along x": (patch.x, patch.tau)}
 
 
 def note_zone(
