@@ -63,10 +63,7 @@ uh = contact.function(solution)  # a dolfinx function in your own space
 carried = fem.assemble_scalar(fem.form((kappa * uh[1] - load[1]) * on_top))
 scene.result("force_balance_error", abs(solution.pressure_force.sum() / carried - 1), "1", 0.0, "equilibrium")
 
-# %% [markdown]
-# **A load path, with friction, on a round hill.** `follow` asks `update` for the load of each step, with the same system.
-
-# %%
+# A load path, with friction, on a round hill: follow asks update for the load of each step, with the same system.
 hill = BodyOnRoad(system, bottom, RoundRoad(radius=40.0), friction=0.4)
 *_, last = follow(hill, np.arange(1, 11) / 10)
 tractions = note_hill(scene, hill, last)
@@ -85,10 +82,8 @@ swings = integrate(scheme, scheme.start(solution.displacement), 200 if scene.qui
 forces = [state.contact_force[:, 1].sum() / L for state in swings]
 scene.result("mean_pressure_in_time", np.mean(forces), "MPa", 1.2 * expected, "eq. (a), over many periods")
 times, levels = 1e3 * dt * np.arange(1, len(forces) + 1), {"at rest, eq. (a)": 1.2 * expected}
-figure = lines_figure(
-    {"computed": (times, forces)}, "t (ms)", "mean pressure (MPa)", "A fifth more load", levels
-)
-scene.figure(figure, "pressure_in_time")
+lines, title = {"computed": (times, forces)}, "A fifth more load, all at once"
+scene.figure(lines_figure(lines, "t (ms)", "mean pressure (MPa)", title, levels), "pressure_in_time")
 contact.problem.save(scene.out / "problem.npz", solution)
 scene.finish(solution)
 

@@ -24,4 +24,12 @@ def test_quick_study(quick):
     assert results["incline_threshold"] == pytest.approx(0.0648, rel=0.03)
     assert results["ball_spin_change[vertical, no friction]"] < 1e-9
     assert results["cost_ratio_to_linear_step"] > 1.0
-    assert (quick.out / "rolling.png").stat().st_size > 10_000
+    taken = results["rolling_friction_a_revolution[48 x 6 cells, dt=0.01]"]
+    assert 0.0 <= taken < 1e-3
+    finite = [results[f"error[finite, energy-momentum, dt={dt}]"] for dt in (0.02, 0.01, 0.005)]
+    assert finite[2] < finite[0] and finite[2] < results["error_of_the_linear_model"]
+    for correction in ("direct", "multigrid", "algebraic"):
+        assert results[f"off[{correction}, 375 unknowns]"] < 1e-9
+    assert results["iterations[none, 375 unknowns]"] > results["iterations[direct, 375 unknowns]"]
+    for name in ("rolling", "error_over_dt", "error_over_run_time"):
+        assert (quick.out / f"{name}.png").stat().st_size > 10_000
