@@ -137,12 +137,17 @@ def _each(body: np.ndarray) -> list[np.ndarray]:
 
 
 def unheld_motions(
-    A: bsr_array, coordinates: np.ndarray, body: np.ndarray, turning: np.ndarray | None = None
+    A: bsr_array,
+    coordinates: np.ndarray,
+    body: np.ndarray,
+    turning: np.ndarray | None = None,
+    least: float = FREE,
 ) -> np.ndarray:
     """Rigid motions of the bodies (N,) that cost no energy in A, orthonormal columns (N d, m).
 
-    A body has 3 or 6 at most. A motion counts as free where its energy is below 1e-13 of what it would cost
-    if every node moved alone: above rounding, and below any real support, which resists at least at one node.
+    A body has 3 or 6 at most. A motion counts as free where its energy is below a part `least` of what it
+    would cost if every node moved alone; 1e-13 is above rounding, and below any real support, which resists
+    at least at one node.
     """
     N, d = coordinates.shape
     one = bool(np.all(body == 0))
@@ -152,13 +157,13 @@ def unheld_motions(
         motions[here] = rigid_motions(coordinates[here], turning=None if turning is None else turning[here])
     energy, alone = energies(d)(block_matrix(A), motions, body, 1 if one else len(members))
     if one:
-        motions = motions.reshape(N * d, -1) @ free_amplitudes(energy[0], alone[0])
+        motions = motions.reshape(N * d, -1) @ free_amplitudes(energy[0], alone[0], least)
         return np.linalg.qr(motions)[0]
     columns = [np.zeros((N * d, 0))]
     for number, here in enumerate(members):
         column = np.zeros((N, d, motions.shape[2]))
         column[here] = motions[here]
-        free = free_amplitudes(energy[number], alone[number])
+        free = free_amplitudes(energy[number], alone[number], least)
         columns.append(np.linalg.qr(column.reshape(N * d, -1) @ free)[0])
     return np.hstack(columns)
 
@@ -201,12 +206,12 @@ def energies(d: int) -> Any:
     return compute
 
 
-def free_amplitudes(energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Amplitudes (k, m) of motions that cost no energy (k, k), beside a scale (k, k) of what they might."""
+def free_amplitudes(energy: np.ndarray, scale: np.ndarray, least: float = FREE) -> np.ndarray:
+    """Amplitudes (k, m) of motions whose energy (k, k) is a part below `least` of what it might be."""
     lower = np.linalg.cholesky(scale + TINY * np.eye(len(scale)))
     inner = np.linalg.solve(lower, np.linalg.solve(lower, energy).T)
     values, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
-    return np.asarray(np.linalg.solve(lower.T, vectors[:, values < FREE]))
+    return np.asarray(np.linalg.solve(lower.T, vectors[:, values < least]))
 
 
 class RigidModes:
@@ -243,6 +248,10 @@ class RigidModes:
         self.modes = unheld_motions(A, coordinates, self._body, turning)
         self.count = self.modes.shape[1]
         self.bearing = np.zeros(0, dtype=np.int64)
+
+    def weakly_held(self, A: bsr_array, least: float) -> np.ndarray:
+        """The modes, and rigid motions with them that cost little energy in A, (N d, m); see above."""
+        return unheld_motions(A, self.coordinates, self._body, self.turning, least)
 
     def at(self, nodes: np.ndarray) -> np.ndarray:
         """The modes (k, d, m) at nodes (k,)."""

@@ -454,8 +454,7 @@ class ContactSolver:
         rest, or that friction alone holds it.
         """
         loop, said = self.loop, []
-        size = length_scale(self.problem.coordinates)
-        strain = loop.load_size / (float(np.abs(loop.diagonal).max()) * size)  # less than that of an element
+        strained = float(np.abs(loop.diagonal).max()) * length_scale(self.problem.coordinates)  # wholly
         motion = "" if self._away else self.rigid.held_by_friction(loop.b, loop.normal)
         if self._away:
             said = [
@@ -467,10 +466,9 @@ class ContactSolver:
                 f"friction, which alone could hold the body against {motion} and may give less than that "
                 "takes: fix the body, or take smaller load steps"
             ]
-        if strain > 1.0:
-            said.insert(
-                0, f"the load, which strains the body by {strain:.1g} or more: check its units and E's"
-            )
+        if loop.load_size > strained > 0.0:
+            strain = loop.load_size / strained
+            said.insert(0, f"the load, which strains a cell by {strain:.1g} or more: check its units and E's")
         return said + likely_causes(loop, u, status, tests, tolerance, self.correction.name)
 
     def _require_room(self, u: np.ndarray, gap: np.ndarray) -> None:

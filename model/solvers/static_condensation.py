@@ -8,8 +8,8 @@ Phi (N d, p) being what the body does when a pin is moved by a unit, all else in
 own displacements, which meet no resistance but Phi^T A Phi. A body that nothing holds is pinned at as many
 unknowns as it has rigid modes: Phi are the modes, and their resistance is zero, exactly (the generalised
 inverse and the null space of FETI methods; C. Farhat and F.-X. Roux, Int. J. Numer. Meth. Engng 32 (1991)).
-So are hard parts of a soft body, whose little yielding would drown in what the soft part gives (primal
-unknowns; C. Farhat et al., Int. J. Numer. Meth. Engng 50 (2001)).
+So are bodies that soft springs hold, and hard parts of a soft body, whose little yielding would drown in what
+the soft part gives (primal unknowns; C. Farhat et al., Int. J. Numer. Meth. Engng 50 (2001)).
 
 With W and G the rows of A_g^-1 and Phi at nodes that may touch, these feel the stiffness S, leading block of
 
@@ -38,6 +38,9 @@ from model.solvers.convergence_record import Record
 from model.solvers.factorisation import factorised
 from model.solvers.small_problem import SmallProblem, Whole
 
+# Of the energy that a rigid motion would cost if every node moved alone: what is held by less is pinned. At
+# 5e-7 a block on the road that a spring holds sideways lost all digits of its friction, at 3e-6 none.
+WEAK = 1e-5
 HARD = 1e4  # times the softest unknown; it costs as many digits as it has
 SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
 IDLE = 8  # cycles without progress that are enough: each is exact but for rounding,
@@ -87,7 +90,8 @@ class Condensation:
     def _pin(self, A: bsr_array) -> None:
         """Choose the pins, factorise A on the other unknowns, and find what the pins do."""
         loop, modes = self.loop, self.rigid.modes
-        self.pins = np.concatenate([determinate_unknowns(modes), self._pins_of_hard_parts(A)])
+        weak = self.rigid.weakly_held(A, WEAK)
+        self.pins = np.concatenate([determinate_unknowns(weak), self._pins_of_hard_parts(A)])
         self.pins = np.unique(self.pins).astype(np.int64)
         matrix, p = csc_array(A), self.pins.size
         self.resistance = np.zeros((p, p))
