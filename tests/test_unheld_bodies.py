@@ -8,8 +8,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, LinearRoad, Plane, box, half_ball, half_cylinder, rectangle, ring
-from model import BodyOnRoad, ContactSolver, solve
+from geometry import Body, LinearRoad, MovingRoad, Plane, box, half_ball, half_cylinder, rectangle, ring
+from model import BodyOnRoad, ContactSolver, coulomb, follow, solve, static_kinetic
 from model.problem.rigid_modes import connected
 from model.quasistatics.curved_contact import CurvedContact
 
@@ -141,3 +141,18 @@ def test_connected_parts_are_those_of_scipy_from_some_rows_alone(N, data):
     least = np.full(N, N)
     np.minimum.at(least, label, np.arange(N))
     assert np.array_equal(connected(graph.indptr[: rows + 1], graph.indices, N), least[label])
+
+
+@pytest.mark.parametrize("stiffness", [10.0, 1.0, 1e-2])
+@pytest.mark.parametrize("law", [coulomb(0.4), static_kinetic(0.5, 0.3)])
+def test_a_block_on_a_belt_that_a_soft_spring_holds(stiffness, law):
+    """It goes with the belt until the spring, which bears what friction gives, pulls more; then it slides."""
+    body = Body.from_grid(rectangle(2.0, 1.0, 8, 4))
+    elasticity = Elasticity(body, Isotropic(E=1e5, nu=0.3))
+    support = Support(body).spring("right", x=stiffness)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -20.0)), support)
+    speed = 10.0 / stiffness
+    contact = BodyOnRoad(system, "bottom", MovingRoad(Plane(), (speed, 0.0)), friction=law)
+    held = [s.contact_force[:, 0].sum() for s in follow(contact, [0.2, 0.5, 1.5])]
+    slides = 20.0 * law(1.0, 1.0)
+    assert held == pytest.approx([2.0, 5.0, slides], rel=2e-3)  # the body itself yields a little
