@@ -20,6 +20,7 @@ from geometry import (
     half_cylinder_nested,
     rectangle,
     ring,
+    tread_block,
 )
 from model import (
     BodyOnRoad,
@@ -117,6 +118,20 @@ def tread():
     road = LinearRoad(x, 0.01 * (np.sin(9.0 * x) + np.sin(23.0 * x) - 2.0))
     contact = BodyOnRoad(system, "bottom", road, friction=0.4)
     *_, last = follow(contact, [1.0, 2.0], tolerance=1e-11)
+    return contact, last
+
+
+def rubber():
+    """Blocks of nearly incompressible rubber, drawn until some nodes lift, which sweeps do too often."""
+    body = Body.from_grid(tread_block((3, 2), (8.0, 8.0), (2.0, 2.0), 6.0, 4.0, 4.0), 1)
+    elasticity = Elasticity(body, Isotropic(E=50.0, nu=0.49), mean_dilatation=True)
+    support = Support(body).platen("top").fix("top", y=0.0)
+    forces = [80.0 * np.array([0.8 * part, 0.0, -1.0]) for part in (0.0, 0.25, 0.5)]
+    pushes = [elasticity.total_force("top", force) for force in forces]
+    system = elasticity.system(pushes[0], support)
+    contact = BodyOnRoad(system, "bottom", Plane((0, 0, 0), (0, 0, 1)), friction=0.8)
+    loads = [np.where(system.fixed, 0.0, system.reduce(push)) for push in pushes]
+    *_, last = follow(contact, loads, "multigrid", tolerance=1e-11)
     return contact, last
 
 
@@ -325,6 +340,7 @@ SCENES = {
     "tips": tips,
     "path": path,
     "tread": tread,
+    "rubber": rubber,
     "slippery": slippery,
     "hollow": hollow,
     "corner": corner,

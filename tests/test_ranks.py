@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(LAUNCHER is None, reason="there is no mpirun her
 
 # What is run on how many ranks: by one launch each, for a process needs seconds to begin.
 KINDS = {
-    2: ["cylinder", "friction", "path", "held", "tread", "hollow"]
+    2: ["cylinder", "friction", "path", "held", "tread", "rubber", "hollow"]
     + [
         "newmark",
         "stabilised",

@@ -25,7 +25,16 @@ from model.ranks.shared_rigid_modes import SharedRigidModes
 from model.solvers.compiling import announce_compilation
 from model.solvers.contact_solver import Solution
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.truncated_multigrid import GUESSES, KRYLOV, UNSTEADY, forcing, free_directions, supported
+from model.solvers.truncated_multigrid import (
+    FALL,
+    GUESSES,
+    KRYLOV,
+    PATIENCE,
+    UNSTEADY,
+    forcing,
+    free_directions,
+    supported,
+)
 
 
 class SharedLoop(NodeLoop):
@@ -300,12 +309,14 @@ class SharedSolver:
                 loop.sweep(u, status, count)
                 count = min(2 * count, 100)
             return
-        steady, turned = 0, False
+        best, idle, steady, at_once = np.inf, 0, 0, False
         while True:
-            if not turned:
+            if not at_once:
                 loop.sweep(u, status)
-            if record.finished(loop.residual(u, status)):
+            residual = loop.residual(u, status)
+            if record.finished(residual):
                 return
+            best, idle = (residual, 0) if residual < FALL * best else (best, idle + 1)
             self._linearise(u, status)
             rubs = self.rubs
             with supported(self.cycle.levels[0], loop.nodes[rubs], self.support[rubs]):
@@ -317,12 +328,16 @@ class SharedSolver:
                 part = 0.0 if loop.friction is None else forcing(record.history)
                 part = UNSTEADY if steady == 0 else part
                 wanted = max(part * missing, record.tolerance * loop.scale)
+                if steady or idle > PATIENCE:  # less is left where sweeps undo what corrections gain
+                    wanted *= UNSTEADY ** min(idle, PATIENCE)
                 x, cycles = self._correction(R, wanted, status)
             record.cycles += cycles
             u += self._fall(x, u, status) * x
+            before = np.count_nonzero(status)
             turned = loop.friction is not None and stop_slip_that_turned(loop, u, status)
-            turned = exchange.any(turned)
             place_on_road(loop, u, status)
+            arrived = loop.friction is not None and np.count_nonzero(status) > before
+            at_once = exchange.any(turned or arrived)
             exchange.update(u)
 
     def _linearise(self, u: np.ndarray, status: np.ndarray) -> None:
