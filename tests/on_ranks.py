@@ -314,7 +314,7 @@ def bouncing():
     """A ring that falls, touches and bounces, with mass redistribution and friction."""
     elasticity = Elasticity(Body.from_grid(ring(1.0, 0.8, 24, 2, (0.0, -1.0)), 1), Isotropic(E=1e5, nu=0.3))
     system = elasticity.system(elasticity.body_force((0.0, -100.0)), density=10.0)
-    contact = BodyOnRoad(system, "outer", Plane((0.0, -1.01), (0.0, 1.0)), friction=0.2)
+    contact = BodyOnRoad(system, "outer", Plane((0.0, -1.01), (0.0, 1.0)), friction=0.25)
     moving = MassRedistribution(MovingBody.from_contact(contact), 1e-3, tolerance=1e-11)
     state = moving.start(velocity=np.tile([0.5, -1.0], (len(system.coordinates), 1)))
     ledger = Ledger(moving, state)
