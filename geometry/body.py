@@ -104,6 +104,12 @@ class Body:
         ValueError
             for coordinates that are not finite, folded cells, unused nodes, and facets that no cell has.
         """
+        if not isinstance(grid, Grid):
+            raise ValueError(
+                f"The grid is a {type(grid).__name__}; give what rectangle, read_mesh, ... return."
+            )
+        if not (isinstance(refinements, int | np.integer) and refinements >= 0):
+            raise ValueError(f"refinements is {refinements!r}; it must be a whole number >= 0.")
         check_grid(grid)
         transfers = []
         if comm.size > len(grid.cells):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, Grid, LinearRoad, Plane, box, half_cylinder, rectangle
+from geometry import Body, Grid, LinearRoad, Plane, SeveralRoads, box, half_cylinder, rectangle
 from model import BodyOnRoad, ContactProblem, MovingBody, friction_law, solve
 
 
@@ -158,6 +158,16 @@ def test_solver_options(problem):
     for tolerance in (0.0, 1.0, np.nan, "small"):  # all is missing where nothing is done
         with pytest.raises(ValueError, match="tolerance is"):
             solve(problem, tolerance=tolerance)
+
+
+def test_grids_and_roads_of_roads_that_are_none():
+    for refinements in (-1, 1.5):
+        with pytest.raises(ValueError, match="refinements is"):
+            Body.from_grid(rectangle(1.0, 1.0, 2, 2), refinements)
+    with pytest.raises(ValueError, match="The grid is a NoneType"):
+        Body.from_grid(None)
+    with pytest.raises(ValueError, match="One of the roads is a int"):
+        SeveralRoads([Plane(), 3])
 
 
 def test_files_that_are_no_problems(tmp_path):

@@ -50,6 +50,9 @@ class SeveralRoads:
         self.roads = list(roads)
         if not self.roads:
             raise ValueError("There are no roads; give at least one.")
+        for road in self.roads:
+            if not (hasattr(road, "closest") or hasattr(road, "at")):
+                raise ValueError(f"One of the roads is a {type(road).__name__}; give roads, say Plane().")
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
