@@ -69,8 +69,7 @@ def contact_work(nodes, normals, force, change, opening, impulse):
         for a in range(d):
             pressure += normals[c, a] * force[c, a]
             impulse[a] += force[c, a]
-        if pressure != 0.0:
-            normal += pressure * opening[c]
-            for a in range(d):
-                friction += (force[c, a] - pressure * normals[c, a]) * change[nodes[c], a]
+        normal += pressure * opening[c]
+        for a in range(d):
+            friction += (force[c, a] - pressure * normals[c, a]) * change[nodes[c], a]
     return normal, friction

@@ -333,7 +333,7 @@ def viscous(mu: Any, viscosity: Any) -> FrictionLaw:
         Coefficient of friction, >= 0; 0 leaves a purely viscous film.
     viscosity : float
         c, force of one node per unit of slip speed (of slip increment where slip_rate = 1), >= 0; it acts on
-        nodes in contact only.
+        nodes in contact only. A node that it would lift off the road has as much of it as leaves p = 0.
 
     Raises
     ------

@@ -60,12 +60,14 @@ def friction_tangent(contact, u, R, force, status, bound, slip_rate, by_pressure
             length += s * s
             stiffness = max(stiffness, contact.block[c, b, b])
         length = np.sqrt(length)
-        if length == 0.0 or p <= 0.0:
+        if length == 0.0:
             continue
         m, state = slip_rate * length, contact.state[c]
-        at = allowed(bound, p, m, state)
-        growth = (allowed(bound, (1.0 + STEP) * p, m, state) - at) / (STEP * p)
-        along = max((allowed(bound, p, (1.0 + STEP) * m, state) - at) / (STEP * length), 0.0)
+        at, growth, along = np.sqrt(np.sum(force[c] ** 2)), 0.0, 0.0  # of a node that grazes
+        if p > 0.0:
+            at = allowed(bound, p, m, state)
+            growth = (allowed(bound, (1.0 + STEP) * p, m, state) - at) / (STEP * p)
+            along = max((allowed(bound, p, (1.0 + STEP) * m, state) - at) / (STEP * length), 0.0)
         across = min(at / length, STIFF * stiffness)
         for a in range(d):
             t[a] /= length

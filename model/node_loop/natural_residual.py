@@ -10,6 +10,11 @@ equilibrium asks for (p >= 0, p = 0 away from the road, |tau| <= bound): the pro
 with r = load - A u the defect of the node without the road, g its gap and s its slip. What is then missing
 from equilibrium, R = r + f, vanishes exactly where all of equilibrium, g >= 0, p >= 0, p g = 0 and the
 friction law hold. Its norm over that of the forces at work is dimensionless.
+
+Friction may jump as the pressure vanishes, as that of a viscous film does. A node that its own friction draws
+off the road then finds no rest: pressed, friction lifts it; lifted, nothing does. There the law is its closed
+graph, as in A. F. Filippov, Differential Equations with Discontinuous Righthand Sides (1988): a node that
+slips on the road may bear p = 0 with any friction up to the jump. It grazes, where that is the nearer.
 """
 
 from functools import lru_cache
@@ -22,6 +27,8 @@ from model.node_loop.blocks import FUSED, BlockMatrix, flat, row_defect_2, row_d
 from model.node_loop.friction_laws import allowed
 from model.node_loop.prefetch import AHEAD
 from model.node_loop.status import Status
+
+BARELY = 1e-300  # a pressure that tells a law of friction that the node is pressed, but not how much
 
 
 @lru_cache
@@ -57,11 +64,12 @@ def natural_residual(dim: int, friction: bool) -> Any:
             if status[c] != Status.FREE:
                 gap = 0.0  # held by construction; what is left is the rounding of the sum above
             p = max(local[0] - contact.block[c, 0, 0] * gap, 0.0)
-            local[0] = p
             if friction:
-                admissible_traction(contact, c, u, p, status[c] == Status.STICK, bound, slip_rate, local)
+                admissible_force(contact, c, u, p, status[c], bound, slip_rate, local)
+            else:
+                local[0] = p
             for a in range(dim):
-                force[c, a] = frame[0, a] * p
+                force[c, a] = frame[0, a] * local[0]
                 if friction:
                     for b in range(1, dim):
                         force[c, a] += frame[b, a] * local[b]
@@ -71,25 +79,58 @@ def natural_residual(dim: int, friction: bool) -> Any:
 
 
 @njit(cache=True, error_model="numpy")
-def admissible_traction(contact, c, u, p, sticks, bound, slip_rate, local):
-    """Replace the tangential reaction in `local` by its projection onto the friction disc of pressure p."""
+def admissible_force(contact, c, u, p, status, bound, slip_rate, local):
+    """Replace the reaction in `local` by the nearest admissible one, of pressure p unless the node grazes."""
     d = local.size
-    i = contact.nodes[c]
-    stiffness = 0.0
+    stiffness, size, slip = 0.0, 0.0, 0.0
     for a in range(1, d):
         stiffness = max(stiffness, contact.block[c, a, a])
-    size, slip = 0.0, 0.0
     for a in range(1, d):
-        s = -contact.reference[c, a - 1]
-        for b in range(d):
-            s += contact.frame[c, a, b] * u[i, b]
-        if sticks:
-            s = 0.0  # held by construction; what is left is rounding
+        s = 0.0 if status == Status.STICK else slip_along(contact, c, u, a)  # what would be left is rounding
         slip += s * s
-        local[a] -= stiffness * s
-        size += local[a] ** 2
-    size = np.sqrt(size)
-    largest = allowed(bound, p, slip_rate * np.sqrt(slip), contact.state[c])
-    if size > largest:
+        size += (local[a] - stiffness * s) ** 2
+    size, slip = np.sqrt(size), np.sqrt(slip)
+    largest = allowed(bound, p, slip_rate * slip, contact.state[c])
+    part = largest / size if size > largest else 1.0
+    if status == Status.SLIP and slip > 0.0:
+        missing = (local[0] - p) ** 2
         for a in range(1, d):
-            local[a] *= largest / size
+            missing += ((1.0 - part) * local[a] + part * stiffness * slip_along(contact, c, u, a)) ** 2
+        if local[0] ** 2 < missing and grazes(contact, c, u, slip, missing, bound, slip_rate, local):
+            return
+    local[0] = p
+    for a in range(1, d):
+        s = 0.0 if status == Status.STICK else slip_along(contact, c, u, a)
+        local[a] = part * (local[a] - stiffness * s)
+
+
+@njit(cache=True, error_model="numpy")
+def grazes(contact, c, u, slip, missing, bound, slip_rate, local):
+    """Replace the reaction in `local` by the nearest one without pressure if less than `missing`^1/2 away."""
+    friction, away = 0.0, local[0] ** 2
+    for a in range(1, local.size):
+        friction -= local[a] * slip_along(contact, c, u, a) / slip
+    friction = min(max(friction, 0.0), jump(bound, slip_rate * slip, contact.state[c]))
+    for a in range(1, local.size):
+        away += (local[a] + friction * slip_along(contact, c, u, a) / slip) ** 2
+    if friction <= 0.0 or away >= missing:
+        return False
+    local[0] = 0.0
+    for a in range(1, local.size):
+        local[a] = -friction * slip_along(contact, c, u, a) / slip
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def jump(bound, slip, state):
+    """Friction as the pressure vanishes, exactly 0 for a law that is proportional to the pressure."""
+    return 2.0 * allowed(bound, BARELY, slip, state) - allowed(bound, 2.0 * BARELY, slip, state)
+
+
+@njit(cache=True, error_model="numpy")
+def slip_along(contact, c, u, a):
+    """Slip of candidate c along its tangent a."""
+    s = -contact.reference[c, a - 1]
+    for b in range(u.shape[1]):
+        s += contact.frame[c, a, b] * u[contact.nodes[c], b]
+    return s

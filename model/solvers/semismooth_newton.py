@@ -16,7 +16,6 @@ from numba import njit
 from model.node_loop.contact_sweep import (
     FREE,
     SLIP,
-    STICK,
     Candidates,
     close_gap,
     place_all_on_surface,
@@ -24,7 +23,7 @@ from model.node_loop.contact_sweep import (
 )
 from model.node_loop.friction_laws import allowed
 from model.node_loop.friction_tangent import friction_tangent
-from model.node_loop.natural_residual import admissible_traction
+from model.node_loop.natural_residual import admissible_force, jump, slip_along
 from model.problem.rigid_modes import free_modes
 from model.solvers.convergence_record import ASTRAY
 from model.solvers.iterative_refinement import ROUNDING
@@ -127,6 +126,8 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
             if numbers[column] // d == c:
                 rubbed[row, column] = support[c, a, numbers[column] % d]
     J += rubbed
+    if bound is not None:
+        let_graze(contact, u, S, R, force, status, bound, slip_rate, numbers, J, missing)
     largest = max(np.abs(J).max(), 1e-300)
     N = free_modes(arrays.G, ~moves.reshape(k * d))
     if N.shape[1]:  # friction resists that it would have to turn with the slip
@@ -140,6 +141,26 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     except Exception:  # exactly singular: these slips have no unique answer, and a sweep or the path decides
         step[:] = 0.0
     return step.reshape(k, d), False
+
+
+@njit(cache=True, error_model="numpy")
+def let_graze(contact, u, S, R, force, status, bound, slip_rate, numbers, J, missing):
+    """Where nodes graze, ask in the rows of J along their slip for no pressure, not for given friction."""
+    d = force.shape[1]
+    t = np.empty(d - 1)
+    for c in range(status.size):
+        if status[c] != SLIP or force[c, 0] > 0.0 or not np.any(force[c]):
+            continue
+        for a in range(1, d):
+            t[a - 1] = slip_along(contact, c, u, a)
+        slip = np.sqrt(np.sum(t**2))
+        if np.sqrt(np.sum(force[c] ** 2)) >= jump(bound, slip_rate * slip, contact.state[c]):
+            continue
+        t /= slip
+        first = np.searchsorted(numbers, c * d + 1)
+        rows, asked = J[first : first + d - 1], missing[first : first + d - 1]
+        rows += np.outer(t, S[c * d][numbers] - t @ rows)
+        asked += t * (R[c, 0] - t @ asked)
 
 
 @njit(cache=True, error_model="numpy")
@@ -164,12 +185,11 @@ def residual_of(arrays, contact, b, u, status, R, force, bound, slip_rate):
     for c in range(k):
         force[c] = -R[c]
         gap = contact.gap[c] + u[c, 0] if status[c] == FREE else 0.0
-        force[c, 0] = max(force[c, 0] - contact.block[c, 0, 0] * gap, 0.0)
+        p = max(force[c, 0] - contact.block[c, 0, 0] * gap, 0.0)
         if bound is None:
-            force[c, 1:] = 0.0
+            force[c, 0], force[c, 1:] = p, 0.0
         else:
-            sticks = status[c] == STICK
-            admissible_traction(contact, c, u, force[c, 0], sticks, bound, slip_rate, force[c])
+            admissible_force(contact, c, u, p, status[c], bound, slip_rate, force[c])
     R += force
     missing = np.sqrt(np.sum(R**2))
     scale = np.sqrt(np.sum(b**2)) + np.sqrt(np.sum(force**2))
