@@ -4,9 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bodies_in_motion import NEVER_GAIN, SCHEMES, block, bouncing_ring, pressures, rod, steps
+from bodies_in_motion import (
+    NEVER_GAIN,
+    SCHEMES,
+    block,
+    bouncing_ring,
+    energy,
+    momentum,
+    pressures,
+    rod,
+    steps,
+)
 
-from geometry import Plane
+from forms import Elasticity, Isotropic
+from geometry import Body, Plane, rectangle
 from model import (
     CentralDifferences,
     ContactProblem,
@@ -18,6 +29,7 @@ from model import (
     UnresolvedWaves,
     friction_law,
     solve,
+    stribeck,
     viscous,
 )
 from model.dynamics.step_problem import save_step
@@ -148,6 +160,27 @@ def test_laws_get_the_slip_speed():
     scheme = Newmark(moving, 0.005)
     state = scheme.run(scheme.start(rest, velocity), 20)
     assert np.abs(state.contact_force[:, 0]).max() == 0.0
+
+
+@pytest.mark.parametrize("dt", [1e-2, 1e-3])
+@pytest.mark.parametrize("scheme", NEVER_GAIN)
+def test_a_block_thrown_along_a_film_balances_forces_and_loses_energy(scheme, dt):
+    body = Body.from_grid(rectangle(1.0, 0.5, 6, 3))
+    elasticity = Elasticity(body, Isotropic(1e6, 0.3))
+    law = stribeck(0.5, 0.2, speed=0.05, viscosity=2.0)
+    weight = elasticity.body_force((400.0, -1000.0))
+    scheme = scheme(MovingBody.from_forms(elasticity, 100.0, weight, Plane(), "bottom", friction=law), dt)
+    first = scheme.start(velocity=np.tile([2.0, 0.0], (len(body.coordinates), 1)))
+    energies, grazed = [energy(scheme, first)], 0
+    for before, after in steps(scheme, first, round(1.0 / dt)):
+        gained = momentum(scheme, after) - momentum(scheme, before)
+        assert gained == pytest.approx(dt * weight.sum(axis=0) + after.work.impulse, abs=1e-9)
+        tau, p = after.mean_force.T
+        assert p.min() >= 0.0
+        grazed += np.sum((p == 0.0) & (tau != 0.0))
+        energies.append(energy(scheme, after))
+    assert grazed > 0
+    assert np.diff(energies).max() <= 1e-9 * energies[0]
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

@@ -11,6 +11,7 @@ from forms import Elasticity, Isotropic, Support
 from geometry import Body, Plane, box, half_cylinder_nested, rectangle
 from model import (
     BodyOnRoad,
+    ContactProblem,
     ContactSolver,
     FrictionLeftOut,
     MassRedistribution,
@@ -37,6 +38,30 @@ def test_laws_by_their_formulas():
     assert viscous(0.1, 2.0)(10.0, 3.0, 0.0) == pytest.approx(7.0)
     law = stribeck(0.5, 0.3, 2.0, 0.1)
     assert law(10.0, 1.0, 0.0) == pytest.approx(10 * (0.3 + 0.2 * np.exp(-0.25)) + 0.1)
+
+
+@pytest.mark.parametrize("correction", ["none", "direct", "algebraic"])
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.9, 1.0])
+@pytest.mark.parametrize("slip", [(1.2,), (1.2, -0.7)])
+def test_a_film_that_would_lift_a_node_has_as_much_as_leaves_no_pressure(slip, part, correction):
+    """One node whose slip presses it to the road less: by its film it would fly, without it press."""
+    d, film = len(slip) + 1, 0.8
+    n, t = np.eye(d)[-1], np.array([*slip, 0.0]) / np.linalg.norm(slip)
+    A = 2.0 * np.eye(d) + np.outer(n, t) + np.outer(t, n)
+    u = np.array([*slip, 0.0])
+    friction = -part * film * u
+    problem = ContactProblem(
+        csr_array(A),
+        (A @ u - friction)[None],
+        np.zeros((1, d)),
+        [0],
+        n[None],
+        np.zeros(1),
+        viscous(0.0, film),
+    )
+    solution = solve(problem, correction, tolerance=1e-12)
+    assert solution.displacement[0] == pytest.approx(u, abs=1e-10)
+    assert solution.contact_force[0] == pytest.approx(friction, abs=1e-10)
 
 
 @pytest.mark.parametrize(
