@@ -201,8 +201,10 @@ def solved(
         pulls = spring * np.linalg.norm(M @ step.ravel())
         if pulls < 0.5 * before or pulls <= tolerance * size:
             found = newton(arrays, contact, b, last.u, last.status, *law, tolerance, slight)
-            if found.converged or pulls <= tolerance * size:
+            if found.converged:
                 return *found[:3], False
+            if pulls <= tolerance * size:
+                break
         if abs(pulls - before) > STEADY * before:
             same = spring
         elif spring > FAR * same or np.any(step[last.status == FREE, 0] < -SLOW * np.abs(step).max()):
@@ -211,9 +213,10 @@ def solved(
             driven = pulls > SLOW * size
             break
         before = pulls
-    found = by_path(arrays, contact, b, last, True, found, law, tolerance, slight)
-    if found.converged:
-        return *found[:3], False
+    for pressed in (False, True):
+        found = by_path(arrays, contact, b, last, pressed, found, law, tolerance, slight)
+        if found.converged:
+            return *found[:3], False
     force = np.empty_like(u)
     residual_of(arrays, contact, b, last.u, last.status, np.empty_like(u), force, *law)
     return last.u, last.status, force, driven
