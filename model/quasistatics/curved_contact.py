@@ -143,8 +143,8 @@ class CurvedContact:
     def _beginnings(self, road: Any, u: np.ndarray, load: np.ndarray, status: np.ndarray) -> Iterator[Any]:
         """Where to begin, one after the other as long as the load carries the body off: u, pressures, status.
 
-        From where it is on the road; from where it would rest if it were rigid; and, without friction, from
-        where it was put, for one that is soft may yield and rest where it would else fall.
+        From where it is on the road; from where it would rest if it were rigid; and from where it was put,
+        for one that is soft may yield and rest where it would else fall.
         """
         nothing = np.zeros(status.size)
         if status.any():
@@ -154,8 +154,6 @@ class CurvedContact:
             motion, held = self._let_go(road, u, load)
         except CarriedOff as gone:
             yield gone
-            if self.solver.loop.friction is not None:
-                return
         else:
             if motion.any():
                 yield u + motion, held, np.where(held > 0.0, Status.SLIP, Status.FREE)
