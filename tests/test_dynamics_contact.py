@@ -164,13 +164,15 @@ def test_laws_get_the_slip_speed():
 
 @pytest.mark.parametrize("dt", [1e-2, 1e-3])
 @pytest.mark.parametrize("scheme", NEVER_GAIN)
-def test_a_block_thrown_along_a_film_balances_forces_and_loses_energy(scheme, dt):
-    body = Body.from_grid(rectangle(1.0, 0.5, 6, 3))
+@pytest.mark.parametrize(
+    "columns, law", [(6, stribeck(0.5, 0.2, speed=0.05, viscosity=2.0)), (12, viscous(0.3, viscosity=10.0))]
+)
+def test_a_block_thrown_along_a_film_balances_forces_and_loses_energy(scheme, dt, columns, law):
+    body = Body.from_grid(rectangle(1.0, 0.5, columns, columns // 2))
     elasticity = Elasticity(body, Isotropic(1e6, 0.3))
-    law = stribeck(0.5, 0.2, speed=0.05, viscosity=2.0)
     weight = elasticity.body_force((400.0, -1000.0))
     scheme = scheme(MovingBody.from_forms(elasticity, 100.0, weight, Plane(), "bottom", friction=law), dt)
-    first = scheme.start(velocity=np.tile([2.0, 0.0], (len(body.coordinates), 1)))
+    first = scheme.start(velocity=np.tile([12.0 / columns, 0.0], (len(body.coordinates), 1)))
     energies, grazed = [energy(scheme, first)], 0
     for before, after in steps(scheme, first, round(1.0 / dt)):
         gained = momentum(scheme, after) - momentum(scheme, before)

@@ -102,8 +102,18 @@ def newton(arrays, contact, b, start, start_status, bound, slip_rate, tolerance,
 def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     """Step (k, d) for the unknowns that are linear at present, friction following the pressure and slip.
 
+    Nodes that graze do so after the step, or leave the road or press on it, in status, R and force too.
     Return whether the load drives a rigid mode that is free at present as well.
     """
+    step, driven = linear_step(arrays, contact, u, status, R, force, bound, slip_rate, slight)
+    while bound is not None and graze_no_more(arrays.S, contact, u, step, status, R, force, bound, slip_rate):
+        step, driven = linear_step(arrays, contact, u, status, R, force, bound, slip_rate, slight)
+    return step, driven
+
+
+@njit(cache=True, error_model="numpy")
+def linear_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
+    """Solve for a step as `newton_step` with the nodes that graze at present."""
     (k, d), S = u.shape, arrays.S
     arrays.steps[0] += 1
     moves = np.empty((k, d), dtype=np.bool_)  # free nodes whole, slip nodes along the surface
@@ -119,6 +129,7 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     missing, rubbed = R.reshape(k * d)[numbers], np.zeros((numbers.size, numbers.size))
     for row in range(numbers.size):
         c, a = numbers[row] // d, numbers[row] % d
+        missing[row] -= by_pressure[c, a] * R[c, 0]
         for column in range(numbers.size):
             J[row, column] = S[numbers[row], numbers[column]]
             if status[c] == SLIP:
@@ -127,7 +138,7 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
                 rubbed[row, column] = support[c, a, numbers[column] % d]
     J += rubbed
     if bound is not None:
-        let_graze(contact, u, S, R, force, status, bound, slip_rate, numbers, J, missing)
+        let_graze(contact, u, S, R, force, status, numbers, J, missing)
     largest = max(np.abs(J).max(), 1e-300)
     N = free_modes(arrays.G, ~moves.reshape(k * d))
     if N.shape[1]:  # friction resists that it would have to turn with the slip
@@ -144,23 +155,58 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
 
 
 @njit(cache=True, error_model="numpy")
-def let_graze(contact, u, S, R, force, status, bound, slip_rate, numbers, J, missing):
+def let_graze(contact, u, S, R, force, status, numbers, J, missing):
     """Where nodes graze, ask in the rows of J along their slip for no pressure, not for given friction."""
     d = force.shape[1]
-    t = np.empty(d - 1)
     for c in range(status.size):
-        if status[c] != SLIP or force[c, 0] > 0.0 or not np.any(force[c]):
+        if is_grazing(status[c], force[c]):
+            t, _ = direction_of_slip(contact, c, u)
+            first = np.searchsorted(numbers, c * d + 1)
+            rows, asked = J[first : first + d - 1], missing[first : first + d - 1]
+            rows += np.outer(t, S[c * d][numbers] - t @ rows)
+            asked += t * (R[c, 0] - t @ asked)
+
+
+@njit(cache=True, error_model="numpy")
+def graze_no_more(S, contact, u, step, status, R, force, bound, slip_rate):
+    """Lift grazing nodes whose friction would drive them after a step, press those that need more of it.
+
+    Return whether there were any.
+    """
+    d, changed = force.shape[1], False
+    for c in range(status.size):
+        if not is_grazing(status[c], force[c]):
             continue
-        for a in range(1, d):
-            t[a - 1] = slip_along(contact, c, u, a)
-        slip = np.sqrt(np.sum(t**2))
-        if np.sqrt(np.sum(force[c] ** 2)) >= jump(bound, slip_rate * slip, contact.state[c]):
+        t, slip = direction_of_slip(contact, c, u)
+        after = force[c] - R[c] + S[c * d : (c + 1) * d] @ step.reshape(step.size)
+        friction, slip = -t @ after[1:], max(slip + t @ step[c, 1:], 0.0)
+        if friction < 0.0:
+            status[c] = FREE
+            R[c] -= force[c]
+            force[c] = 0.0
+        elif friction > jump(bound, slip_rate * slip, contact.state[c]):
+            force[c, 0] = np.sqrt(np.sum(force[c] ** 2))  # any pressure: the step is from there
+            R[c, 0] += force[c, 0]
+        else:
             continue
-        t /= slip
-        first = np.searchsorted(numbers, c * d + 1)
-        rows, asked = J[first : first + d - 1], missing[first : first + d - 1]
-        rows += np.outer(t, S[c * d][numbers] - t @ rows)
-        asked += t * (R[c, 0] - t @ asked)
+        changed = True
+    return changed
+
+
+@njit(cache=True, error_model="numpy")
+def is_grazing(status, force):
+    """Whether a node bears friction without pressure."""
+    return status == SLIP and force[0] == 0.0 and np.any(force != 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def direction_of_slip(contact, c, u):
+    """Unit vector (d - 1,) of a node's slip, and its length."""
+    s = np.empty(u.shape[1] - 1)
+    for a in range(s.size):
+        s[a] = slip_along(contact, c, u, a + 1)
+    length = np.sqrt(np.sum(s**2))
+    return s / length, length
 
 
 @njit(cache=True, error_model="numpy")
