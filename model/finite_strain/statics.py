@@ -11,6 +11,7 @@ method with contact); Nocedal and Wright, Numerical Optimization, 2nd edition, 2
 """
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 from types import SimpleNamespace
@@ -20,6 +21,7 @@ import numpy as np
 from scipy.sparse import bsr_array
 
 from model.checks import is_tolerance, positive
+from model.curved.tangent_planes import RoadPlanes
 from model.dynamics.time_integrator import StepSolver, Touch
 from model.finite_strain.definite import indefinite, shifted
 from model.finite_strain.system_forces import SystemForces
@@ -36,7 +38,6 @@ GROWTH = 1.5
 SMALLEST = 2.0**-8  # part of the path
 DAMPING = [0.5**k for k in range(8)]
 SUFFICIENT = 1e-4  # part of the descent that the slope promises
-ON_ROAD = 1e-12  # of the body's size
 
 
 class FiniteContact:
@@ -86,6 +87,9 @@ class FiniteContact:
         self.forces = SystemForces(system.elastic, system.node_of, system.fixed)
         self.steps: list[tuple[float, int]] = []
         at_rest = self.forces.tangent(np.zeros_like(system.coordinates))
+        nodes = self.problem.contact_nodes
+        self._softness = 1.0 / at_rest.diagonal().reshape(system.fixed.shape)[nodes].mean(axis=1)
+        self._pressure = np.zeros(nodes.size)
         self._diagonal = np.where(system.fixed, 0.0, at_rest.diagonal().reshape(system.fixed.shape))
         self._size = float(np.ptp(system.coordinates, axis=0).max())
         self._history: list[float] = []
@@ -115,7 +119,7 @@ class FiniteContact:
         nodes = self.problem.contact_nodes
         u, at, step = np.zeros_like(self.system.coordinates), 0.0, first
         status = np.zeros(nodes.size, dtype=np.int8)
-        self.steps = []
+        self.steps, self._pressure = [], np.zeros(nodes.size)
         for time in times:
             began = perf_counter()
             step = time - at if step is None else step
@@ -160,11 +164,13 @@ class FiniteContact:
         load, wanted = self.load_at(time), self.prescribed_at(time)
         u, self._history = start, []
         missing = self._missing(u, load)
+        planes, pressure = self._planes(u, sticking), self._pressure
         for _ in range(ITERATIONS):
             way = np.where(fixed, wanted - u, 0.0)
-            gap, normal, _ = self._road.closest(self._points(u))
-            touch = self._increment(u, missing, way, gap, normal, sticking - u[nodes], status)
+            planes.bend(pressure)
+            touch = self._increment(u, missing, way, planes, status)
             status, d = touch.status, touch.increment
+            pressure = np.maximum(np.einsum("ca,ca->c", planes.normal, touch.force), 0.0)
             rest = missing.copy()
             rest[nodes] += np.where(fixed[nodes], 0.0, touch.force)
             forces = length(load) + length(touch.force) + length(missing - load)
@@ -173,11 +179,20 @@ class FiniteContact:
             self._history.append(length(rest) / forces if forces else 0.0)
             if not np.isfinite(self._history[-1]):
                 break
-            if not way.any() and length(rest) <= max(scale, floor) and self._on_road(u + d, touch):
-                self._check(u + d, time)
-                return u + d, touch, self._history[-1]
-            moved = bool(way.any() or gap.min() < -ON_ROAD * self._size)  # by supports or the road
-            u, missing = self._damped(u, d, touch, normal, load, moved)
+            over = not way.any() and length(rest) <= max(scale, floor)
+            moved = bool(
+                way.any() or planes.gaps(self._points(u)).min() < -planes.near
+            )  # by supports or the road
+            to, tried = u + d, self._points(u + d)
+            if not over:
+                to = self._damped(u, d, touch, planes.normal, load, moved)
+            turned = pressure[:, None] * planes.normal + self._pull(planes, tried)
+            steady = 10 * self.tolerance * forces if over else -1.0
+            if planes.follow(self._points(to), status, pressure, steady, turned, tried):
+                self._check(to, time)
+                self._pressure, self._normal = pressure, planes.normal
+                return to, replace(touch, gap=planes.gap), self._history[-1]
+            u, missing = to, self._missing(to, load)
         raise NotConverged(
             f"Newton's method does not come to an end at time {time:.6g}",
             Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=self._history or [1.0]),
@@ -185,8 +200,8 @@ class FiniteContact:
 
     def _damped(
         self, u: np.ndarray, d: np.ndarray, touch: Touch, normal: np.ndarray, load: np.ndarray, moving: bool
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return where to go on from along d, and what misses there; all the way if supports or road move."""
+    ) -> np.ndarray:
+        """Return where to go on from along d; all the way if supports or road move."""
         nodes = self.problem.contact_nodes
         friction = along_road(touch.force, normal)
         work = float(np.vdot(friction, d[nodes]))
@@ -199,7 +214,7 @@ class FiniteContact:
                 continue
             change = self._energy(trial, load) - energy - part * work
             if moving or change <= SUFFICIENT * part * min(slope, 0.0) + rounding:
-                return trial, self._missing(trial, load)
+                return trial
         raise NotConverged(
             "every part of a Newton step raises the energy or turns a cell inside out",
             Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=self._history),
@@ -210,49 +225,65 @@ class FiniteContact:
         u: np.ndarray,
         missing: np.ndarray,
         way: np.ndarray,
-        gap: np.ndarray,
-        normal: np.ndarray,
-        back: np.ndarray,
+        planes: RoadPlanes,
         status: np.ndarray,
     ) -> Touch:
         """Solve the contact problem of an increment."""
-        fixed = self.system.fixed
+        fixed, points, normal = self.system.fixed, self._points(u), planes.normal
         K = self.forces.tangent(u, held=False)
         b = np.where(fixed, 0.0, missing - (K @ way.ravel()).reshape(way.shape) if way.any() else missing)
         A = self.forces.hold(K)
         b += np.where(fixed, A.diagonal().reshape(fixed.shape) * way, 0.0)
-        A = self._definite(A, normal, status)
+        nodes = self.problem.contact_nodes
+        b[nodes] += np.where(fixed[nodes], 0.0, self._pull(planes, points))
+        A = self._definite(self._with_springs(A, planes.springs), normal, status)
         problem = ContactProblem(
             A,
             np.zeros_like(u),
             self.system.coordinates,
-            self.problem.contact_nodes,
+            nodes,
             normal,
             np.zeros(len(normal)),
             self.problem.friction,
             prolongations=self.problem.prolongations,
         )
-        sticking = self._points(u) + back
         solver = StepSolver(
-            problem, self.correction, 0.1 * self.tolerance, 1.0, lambda before: self._places(sticking)
+            problem, self.correction, 0.1 * self.tolerance, 1.0, lambda before: self._places(planes.anchor)
         )
-        return solver.solve(b, gap, normal, back, SimpleNamespace(status=status))  # type: ignore[arg-type]
+        back, before = planes.anchor - points, SimpleNamespace(status=status)
+        return solver.solve(b, planes.gaps(points), normal, back, before)  # type: ignore[arg-type]
 
     def _definite(self, A: Any, normal: np.ndarray, status: np.ndarray) -> Any:
         """Return A, made positive definite where it is not."""
         if not indefinite(A):
             return A
-        nodes, d = self.problem.contact_nodes, A.blocksize[0]
         in_contact = np.flatnonzero(status != Status.FREE)
-        blocks = np.zeros((A.shape[0] // d, d, d))
         held = np.einsum("ca,cb->cab", normal[in_contact], normal[in_contact])
-        held[status[in_contact] == Status.STICK] = np.eye(d)
-        blocks[nodes[in_contact]] = float(self._diagonal.max()) * held
+        held[status[in_contact] == Status.STICK] = np.eye(normal.shape[1])
+        springs = np.zeros((len(normal), *held.shape[1:]))
+        springs[in_contact] = float(self._diagonal.max()) * held
+        return shifted(self._with_springs(A, springs), self._diagonal.ravel())
+
+    def _with_springs(self, A: Any, springs: np.ndarray) -> Any:
+        """Return A with springs (n, d, d) at the candidates."""
+        if not springs.any():
+            return A
+        fixed, d = self.system.fixed, A.blocksize[0]
+        blocks = np.zeros((len(fixed), d, d))
+        blocks[self.problem.contact_nodes] = springs
+        blocks[fixed] = blocks.swapaxes(1, 2)[fixed] = 0.0
         N = len(blocks)
-        A = bsr_array(
-            A + bsr_array((blocks, np.arange(N), np.arange(N + 1)), shape=A.shape), blocksize=(d, d)
-        )
-        return shifted(A, self._diagonal.ravel())
+        added = bsr_array((blocks, np.arange(N), np.arange(N + 1)), shape=A.shape)
+        return bsr_array(A + added, blocksize=(d, d))
+
+    def _pull(self, planes: RoadPlanes, points: np.ndarray) -> np.ndarray:
+        """Forces (n, d) of the springs of planes, which are at rest on the road, at points (n, d)."""
+        return np.einsum("cab,cb->ca", planes.springs, planes.foot - points)
+
+    def _planes(self, u: np.ndarray, sticking: np.ndarray) -> RoadPlanes:
+        """Return the planes under a body at u (N, d) ; `sticking` (n, d) are displacements that hold."""
+        held = None if self.problem.friction is None else self.contact.points + sticking
+        return RoadPlanes(self._road, self._points(u), held, self._softness, self._size)
 
     def _missing(self, u: np.ndarray, load: np.ndarray) -> np.ndarray:
         return np.where(self.system.fixed, 0.0, load - self.forces.internal_force(u))
@@ -267,11 +298,6 @@ class FiniteContact:
         """Points (n, d) of the road nearest to some; of one that moves, as they lie at time 0."""
         foot, road = self._road.closest(points)[2], self.contact.road
         return np.asarray(road.carried(foot, self._time, 0.0) if hasattr(road, "at") else foot)
-
-    def _on_road(self, u: np.ndarray, touch: Touch) -> bool:
-        gap = self._road.closest(self._points(u))[0]
-        off = np.abs(gap[touch.status != Status.FREE]).max(initial=0.0)
-        return bool(max(off, -gap.min()) <= ON_ROAD * self._size)
 
     def _check(self, u: np.ndarray, time: float) -> None:
         if not self.forces.volume_ratio(u) > 0.0:
@@ -299,13 +325,11 @@ class FiniteContact:
         )
 
     def _solution(self, u: np.ndarray, touch: Touch, residual: float, seconds: float) -> Solution:
-        gap, normal, _ = self._road.closest(self._points(u))
-        gap = np.where(touch.status != Status.FREE, 0.0, np.maximum(gap, 0.0))
         return Solution(
             displacement=u,
             contact_force=touch.force,
-            pressure_force=np.maximum(np.einsum("ca,ca->c", normal, touch.force), 0.0),
-            gap=gap,
+            pressure_force=self._pressure,
+            gap=touch.gap,
             status=touch.status,
             residual=residual,
             history=np.array(self._history),
