@@ -90,6 +90,7 @@ class FiniteContact:
         nodes = self.problem.contact_nodes
         self._softness = 1.0 / at_rest.diagonal().reshape(system.fixed.shape)[nodes].mean(axis=1)
         self._pressure = np.zeros(nodes.size)
+        self._normal = self.problem.normal
         self._diagonal = np.where(system.fixed, 0.0, at_rest.diagonal().reshape(system.fixed.shape))
         self._size = float(np.ptp(system.coordinates, axis=0).max())
         self._history: list[float] = []
@@ -165,6 +166,7 @@ class FiniteContact:
         u, self._history = start, []
         missing = self._missing(u, load)
         planes, pressure = self._planes(u, sticking), self._pressure
+        planes.normal[pressure > 0.0] = self._normal[pressure > 0.0]
         for _ in range(ITERATIONS):
             way = np.where(fixed, wanted - u, 0.0)
             planes.bend(pressure)
