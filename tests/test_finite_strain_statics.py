@@ -2,9 +2,21 @@
 
 import numpy as np
 import pytest
+from harness.thrown_ball import rough
 
 from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, StVenantKirchhoff, Support
-from geometry import Body, Grid, LinearRoad, MovingRoad, Plane, RoundRoad, SeveralRoads, box, rectangle, ring
+from geometry import (
+    Body,
+    Grid,
+    LinearRoad,
+    MovingRoad,
+    Plane,
+    RoundRoad,
+    SeveralRoads,
+    box,
+    rectangle,
+    ring,
+)
 from model import BodyOnRoad, FiniteContact, NotConverged, solve
 
 
@@ -218,3 +230,69 @@ def test_friction_by_place_goes_with_a_road_that_moves():
     pressed = touch.pressure_force > 1e-9
     ratio = np.abs(touch.contact_force[pressed, 0]) / touch.pressure_force[pressed]
     assert ratio.max() > 0.06 and ratio.max() < 0.6 + 1e-9
+
+
+def on_corners(grid, faces, road, mu, by):
+    """The solution of a body of rubber pressed down on a road of facets, and where its nodes come to be."""
+    body = Body.from_grid(grid)
+    elastic = Hyperelasticity(body, NeoHookean(1e3, 0.3))
+    still = {"x": 0.0} if grid.points.shape[1] == 2 else {"x": 0.0, "y": 0.0}
+    down = {"xyz"[len(still)]: lambda t: -by * t}
+    support = Support(body)
+    if "top" in grid.facets:
+        support.fix("top", **still, **down)
+    else:
+        support.fix_node(body.nearest_node((0.0, 1.0)), **still, **down)
+    load = elastic.body_force(np.zeros(grid.points.shape[1]))
+    contact = BodyOnRoad(elastic.system(load, support), faces, road, friction=mu)
+    statics = FiniteContact(contact)
+    solution = statics.solve(steps=5)
+    x = contact.points + contact.displacement(solution)[contact.nodes]
+    gap = road.closest(x)[0]
+    assert solution.residual < 1e-10 and gap.min() > -1e-12
+    assert np.abs(gap[solution.status != 0]).max() < 1e-12
+    assert statics.forces.volume_ratio(solution.displacement) > 0.3
+    return solution, x
+
+
+GROOVE = LinearRoad([-2.0, 0.0, 2.0], [0.3, -0.1, 0.3])
+TRIANGLES = LinearRoad(0.065 * np.arange(-24, 25), -0.02 * (np.arange(-24, 25) % 2))
+
+
+@pytest.mark.parametrize("mu", [None, 0.3])
+def test_a_node_is_pushed_into_the_bottom_of_a_groove(mu):
+    """Its force lies within the cones of both slopes, and these bear half of the rest each.
+
+    With friction it sticks where it first comes down, a little aside: on the road's nearest point to where it
+    was before.
+    """
+    grid = rectangle(1.0, 0.5, 8, 4, corner=(-0.5, 0.0))
+    solution, x = on_corners(grid, "bottom", GROOVE, mu, 0.15)
+    force, lowest = solution.contact_force, np.argmin(x[:, 1])
+    aside, unlike = (1e-12, 1e-9) if mu is None else (1e-3, 5e-3)
+    assert x[lowest] == pytest.approx([0.0, -0.1], abs=aside) and np.all(solution.status != 0)
+    left, right = (force[side].sum(axis=0) for side in (x[:, 0] < -0.1, x[:, 0] > 0.1))
+    assert left == pytest.approx(right * [-1.0, 1.0], abs=unlike * right[1])
+    widest = np.arctan(0.2) + np.arctan(mu or 0.0)
+    assert abs(np.arctan2(*force[lowest])) <= widest + 1e-9 and force[lowest, 1] > 1.0
+
+
+@pytest.mark.parametrize("mu", [None, 0.3])
+def test_rubber_on_triangles_and_a_ring_in_a_groove(mu):
+    """Half of the load on slopes of either kind where everything mirrors."""
+    block = rectangle(1.04, 0.5, 31, 6, corner=(-0.52, 0.0))
+    valley = LinearRoad([-2.0, 0.0, 2.0], [1.79, -0.21, 1.79])
+    for grid, faces, road, by in (
+        (block, "bottom", TRIANGLES, 0.12),
+        (ring(0.5, 0.2, 48, 4, lowest=(0.0, 0.0)), "outer", valley, 0.4),
+    ):
+        solution, x = on_corners(grid, faces, road, mu, by)
+        sides = [solution.contact_force[side].sum(axis=0) for side in (x[:, 0] < -1e-9, x[:, 0] > 1e-9)]
+        assert sides[0] == pytest.approx(sides[1] * [-1.0, 1.0], rel=1e-3)
+
+
+@pytest.mark.parametrize("mu", [None, 0.3])
+def test_a_block_in_space_on_facets_sharper_than_its_cells(mu):
+    grid = box(1.0, 1.0, 0.5, 8, 8, 4, corner=(-0.5, -0.5, 0.0))
+    solution, _ = on_corners(grid, "bottom", rough(0.03, 0.2, 0.8), mu, 0.1)
+    assert np.count_nonzero(solution.status) > 60
