@@ -105,10 +105,10 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     Nodes that graze do so after the step, or leave the road or press on it, in status, R and force too.
     Return whether the load drives a rigid mode that is free at present as well.
     """
-    step, driven = linear_step(arrays, contact, u, status, R, force, bound, slip_rate, slight)
-    while bound is not None and graze_no_more(arrays.S, contact, u, step, status, R, force, bound, slip_rate):
+    while True:
         step, driven = linear_step(arrays, contact, u, status, R, force, bound, slip_rate, slight)
-    return step, driven
+        if bound is None or not graze_no_more(arrays.S, contact, u, step, status, R, force, bound, slip_rate):
+            return step, driven
 
 
 @njit(cache=True, error_model="numpy")
@@ -162,9 +162,10 @@ def let_graze(contact, u, S, R, force, status, numbers, J, missing):
         if is_grazing(status[c], force[c]):
             t, _ = direction_of_slip(contact, c, u)
             first = np.searchsorted(numbers, c * d + 1)
-            rows, asked = J[first : first + d - 1], missing[first : first + d - 1]
-            rows += np.outer(t, S[c * d][numbers] - t @ rows)
-            asked += t * (R[c, 0] - t @ asked)
+            mine = slice(first, first + d - 1)
+            missing[mine] += t * (R[c, 0] - t @ missing[mine])
+            for column in range(numbers.size):
+                J[mine, column] += t * (S[c * d, numbers[column]] - np.sum(t * J[mine, column]))
 
 
 @njit(cache=True, error_model="numpy")
