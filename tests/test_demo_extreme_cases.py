@@ -2,12 +2,14 @@
 
 import csv
 
-# Right on the pinned wheels; on Debian 13, whose libraries round otherwise, the first does not converge, and
-# says so, and the others are off by a fifth more than they may be. The README says it too.
+# Right on the pinned wheels; on Debian 13, whose libraries round otherwise, the first and the last do not
+# converge, and say so (of 40 loads on the last, rounding decides so for 19 on the wheels too); the others are
+# off by a fifth more than they may be.
 MISSED_ELSEWHERE = {
     "Hertz, nu = 0.499999, one dilatation a cell",
     "patch test, nu = 0.499999, one dilatation a cell: False",
     "1e-06 times the paper's load, mu = None",
+    "inclusion 1e+08 times as stiff, mu = None",
 }
 DEMO = "reports/extreme_cases"
 

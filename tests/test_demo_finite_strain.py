@@ -25,7 +25,7 @@ def test_quick_study(quick):
     assert results["ball_spin_change[vertical, no friction]"] < 1e-9
     assert results["cost_ratio_to_linear_step"] > 1.0
     taken = results["rolling_friction_a_revolution[48 x 6 cells, dt=0.01]"]
-    assert 0.0 <= taken < 1e-3
+    assert -1e-15 <= taken < 1e-3  # of the energy: rounding where no node slips
     finite = [results[f"error[finite, energy-momentum, dt={dt}]"] for dt in (0.02, 0.01, 0.005)]
     assert finite[2] < finite[0] and finite[2] < results["error_of_the_linear_model"]
     for correction in ("direct", "multigrid", "algebraic"):
