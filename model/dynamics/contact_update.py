@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from model.node_loop.contact_sweep import slip_along
 from model.node_loop.friction_laws import allowed
 from model.node_loop.status import Status
 
@@ -49,10 +50,7 @@ def confirm_contact(contact, e, force, law, status, gap):
         if law is None or status[c] == Status.STICK:
             continue
         for b in range(1, d):
-            slip = -contact.reference[c, b - 1]
-            for a in range(d):
-                slip += contact.frame[c, b, a] * e[i, a]
-            slipped |= slip != 0.0
+            slipped |= slip_along(contact, c, e, b) != 0.0
         tangential = np.sqrt(max(squares - pressure**2, 0.0))
         if not slipped and tangential < allowed(law, pressure, 0.0, contact.state[c]):
             status[c] = Status.STICK

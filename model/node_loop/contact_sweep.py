@@ -141,6 +141,15 @@ def place_all_on_surface(contact, u, status):
 
 
 @njit(cache=True, error_model="numpy")
+def slip_along(contact, c, u, a):
+    """Slip of candidate c along its tangent a."""
+    s = -contact.reference[c, a - 1]
+    for b in range(u.shape[1]):
+        s += contact.frame[c, a, b] * u[contact.nodes[c], b]
+    return s
+
+
+@njit(cache=True, error_model="numpy")
 def stick_or_slip(contact, c, inverse, r, u, bound, slip_rate):
     """Relax candidate `c` with defect `r` (both overwritten) under friction: free, stick or slip, exactly.
 

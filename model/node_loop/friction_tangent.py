@@ -12,6 +12,7 @@ Appl. Mech. Eng. 92 (1991); Wriggers, Computational Contact Mechanics, 2nd ed., 
 import numpy as np
 from numba import njit
 
+from model.node_loop.contact_sweep import slip_along
 from model.node_loop.friction_laws import allowed
 from model.node_loop.status import Status
 
@@ -52,9 +53,7 @@ def friction_tangent(contact, u, R, force, status, bound, slip_rate, by_pressure
         for a in range(d):
             p += contact.frame[c, 0, a] * force[c, a]
         for b in range(1, d):
-            s = -contact.reference[c, b - 1]
-            for a in range(d):
-                s += contact.frame[c, b, a] * u[i, a]
+            s = slip_along(contact, c, u, b)
             for a in range(d):
                 t[a] += contact.frame[c, b, a] * s
             length += s * s

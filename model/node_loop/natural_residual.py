@@ -24,6 +24,7 @@ import numpy as np
 from numba import njit
 
 from model.node_loop.blocks import FUSED, BlockMatrix, flat, row_defect_2, row_defect_3, row_defect_any
+from model.node_loop.contact_sweep import slip_along
 from model.node_loop.friction_laws import allowed
 from model.node_loop.prefetch import AHEAD
 from model.node_loop.status import Status
@@ -125,12 +126,3 @@ def grazes(contact, c, u, slip, missing, bound, slip_rate, local):
 def jump(bound, slip, state):
     """Friction as the pressure vanishes, exactly 0 for a law that is proportional to the pressure."""
     return 2.0 * allowed(bound, BARELY, slip, state) - allowed(bound, 2.0 * BARELY, slip, state)
-
-
-@njit(cache=True, error_model="numpy")
-def slip_along(contact, c, u, a):
-    """Slip of candidate c along its tangent a."""
-    s = -contact.reference[c, a - 1]
-    for b in range(u.shape[1]):
-        s += contact.frame[c, a, b] * u[contact.nodes[c], b]
-    return s

@@ -8,8 +8,9 @@ u is the next v, and softer springs follow: the proximal point method (R. T. Roc
 Optim. 14 (1976)), or the body in a fluid ever thinner. M takes in what the body resists least: its rigid
 modes, where it has any. Newton's steps solve (1) from the last point, or else a path of few changes does, or
 the springs fall less. The force of the springs goes to zero where there is an answer, and Newton's steps go
-on from there without; where the load moves the body for ever, it goes to what drives it. Large friction may
-hold the body all the same: that is tried last, by the path from all nodes pressed to the road.
+on from there without, or a path where they fail; where the load moves the body for ever, it goes to what
+drives it. Large friction may hold the body all the same: that is tried last, by the path from all nodes
+pressed to the road.
 """
 
 from typing import NamedTuple
