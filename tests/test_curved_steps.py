@@ -56,7 +56,11 @@ def test_a_plane_given_as_a_profile_gives_the_steps_of_the_plane(scheme):
         scale = np.abs(flat.displacement).max()
         assert np.abs(state.displacement - flat.displacement).max() <= 1e-12 * scale
         assert np.abs(state.contact_force - flat.contact_force).max() <= 1e-9 * flat.contact_force.max()
-        assert np.array_equal(state.status, flat.status)
+        # a node whose friction lies on Coulomb's bound may be told either way by rounding, and no other node
+        tangential, normal = np.abs(flat.contact_force.T)
+        inside = np.abs(tangential - MU * normal) > 1e-9 * flat.contact_force.max()
+        assert np.array_equal(state.status[inside], flat.status[inside])
+        assert np.array_equal(state.status != Status.FREE, flat.status != Status.FREE)
 
 
 @pytest.mark.parametrize(
