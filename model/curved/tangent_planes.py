@@ -18,8 +18,9 @@ far below as its force would move it, and at least from as far as it has moved, 
 crossed is seen as one. `springs` that resist as the road does make the iteration the semismooth Newton
 method for (1). On a hill the same would do harm, so (1) counts only where two looks, at the node and from
 below it, find points no farther apart than the looks are, as projections on convex sets do (J.-J. Moreau,
-Bull. Soc. Math. France 93 (1965) 273), and where the look from below turns the normal less. What is left of
-creeping and overshooting where there are no springs Anderson's extrapolation removes.
+Bull. Soc. Math. France 93 (1965) 273), and where the look from below turns the normal less. Friction turns
+with the normal, so that springs turn a normal as they turn the whole force. What is left of creeping
+and overshooting where there are no springs Anderson's extrapolation removes.
 
 In motion a node goes a way within a step, and its force, if it were along the normal at the end of it, would
 do work on hills and in hollows, though the road is at rest. So it is along the mean normal, corrected so that
@@ -45,7 +46,8 @@ SMOOTH = 0.1
 FAR = 1e6  # times what counts as on the road: rounding then turns a secant by 1e-6 at most
 DEEP = 1e6  # times what counts as on the road: rounding then turns what is seen from there by 1e-9 at most
 WIDE = 1e-4  # of the depth: how far apart the road is looked at to see it bend
-STIFF = 1e2  # times its own stiffness: what a corner that holds a node resists
+STIFF = 1e2  # times its own stiffness: what a corner that holds a node resists,
+SHALLOW = 10.0  # so that a node is looked at from this many times as deep as it gives way there, or deeper
 
 
 class RoadPlanes:
@@ -145,7 +147,8 @@ class RoadPlanes:
         status: np.ndarray,
         pressure: np.ndarray,
         steady: float,
-        turned_force: np.ndarray | None = None,
+        force: np.ndarray | None = None,
+        pull: np.ndarray | None = None,
         tried: np.ndarray | None = None,
     ) -> bool:
         """Lay the planes where the nodes are now.
@@ -158,9 +161,9 @@ class RoadPlanes:
             What the nodes do, and their pressure forces.
         steady : float
             Force by which a normal may turn its node's pressure; negative where planes shall follow anyway.
-        turned_force : (n, d), optional
-            Where the problem had `springs`: pressures together with what these pull, which is how the road
-            turns them.
+        force, pull : (n, d), optional
+            Where the problem had `springs`: forces of the road, and what the springs pull, which is how the
+            road turns them.
         tried : (n, d), optional
             Positions of a solution that only a part of the way was gone to: it may have met a corner.
 
@@ -173,9 +176,8 @@ class RoadPlanes:
         tried = at if tried is None else tried
         self._moved, self._at = _length(tried - self._at), at
         last = self.normal - self._lean
-        if turned_force is not None:
-            p = _length(turned_force)[:, None]
-            last = np.where(p > 0.0, turned_force / np.where(p > 0.0, p, 1.0), last)
+        if force is not None and pull is not None:
+            last = _turned(last, force, force + pull)
         below = np.where((status == Status.STICK)[:, None], self.anchor, tried)
         self.gap, normal, foot = self._closest(at, status, below, self._from_below(pressure)[:, None] * last)
         if self.since is not None:
@@ -184,7 +186,7 @@ class RoadPlanes:
             )
             normal[in_contact] += self._lean[in_contact]
         before, self._turn = self._turn, normal - self.normal
-        self.softness *= _rescaled(before, self._turn)
+        self.softness = np.maximum(self.softness * _rescaled(before, self._turn), SHALLOW / self._stiffest)
         above = np.delete(self.gap, in_contact)
         off = max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0))
         self.distances.append(self.ranks.max(off))
@@ -197,7 +199,7 @@ class RoadPlanes:
             self._anderson.forget()
         self._status = status.copy()
         places = np.stack([normal[in_contact], foot[in_contact]])
-        if turned_force is None:
+        if force is None:
             normal[in_contact], foot[in_contact] = self._anderson.combine(self._turn[in_contact], places)
         self.normal, self.foot = normal / np.linalg.norm(normal, axis=1, keepdims=True), foot
         return False
@@ -259,6 +261,17 @@ def _working(
     far = square > (FAR * near) ** 2
     mean[far] += (missing[far] / square[far])[:, None] * way[far]
     return mean / np.linalg.norm(mean, axis=1, keepdims=True)
+
+
+def _turned(v: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return vectors v (n, d), turned as the directions of `start` (n, d) turn to those of `end` (n, d)."""
+    size = _length(start) * _length(end)
+    some = size > 0.0
+    a, b = (x[some] / _length(x[some])[:, None] for x in (start, end))
+    turned, between, tiny = v.copy(), a + b, np.finfo(float).tiny
+    along = np.einsum("ca,ca->c", between, v[some]) / np.maximum(np.einsum("ca,ca->c", between, a), tiny)
+    turned[some] += 2.0 * np.einsum("ca,ca->c", a, v[some])[:, None] * b - along[:, None] * between
+    return turned
 
 
 def _rescaled(before: np.ndarray, turn: np.ndarray) -> np.ndarray:

@@ -190,9 +190,9 @@ class FiniteContact:
             to, tried = u + d, self._points(u + d)
             if not over:
                 to = self._damped(u, d, touch, planes.normal, load, moved)
-            turned = pressure[:, None] * planes.normal + self._pull(planes, tried)
+            turns = touch.force, self._pull(planes, tried)
             steady = 10 * self.tolerance * forces if over else -1.0
-            if planes.follow(self._points(to), status, pressure, steady, turned, tried):
+            if planes.follow(self._points(to), status, pressure, steady, *turns, tried):
                 self._check(to, time)
                 self._pressure, self._normal = pressure, planes.normal
                 return to, replace(touch, gap=planes.gap), self._history[-1]

@@ -250,7 +250,8 @@ class CurvedContact:
                     status,
                     solution.pressure_force,
                     steady if over else -1.0,
-                    solution.pressure_force[:, None] * planes.normal + turn,
+                    solution.contact_force,
+                    turn,
                     points + solution.displacement[nodes],
                 ):
                     self.normal, self.foot = planes.normal, planes.foot
