@@ -1,9 +1,7 @@
 """Node-blocked sparse matrices: the compiled kernels that the contact loop and the corrections share.
 
 A matrix is held as in `scipy.sparse.bsr_array`, one block row a node. Each kernel is compiled once per block
-size, so that the innermost loops are unrolled; rows of two and three unknowns are written out, with sums
-split (a Gauss-Seidel row is one long chain of additions) and unsigned indices (which spares the test for
-negative ones).
+size; unsigned indices spare the test for negative ones.
 """
 
 from functools import lru_cache
@@ -13,8 +11,8 @@ import numpy as np
 from numba import njit
 from scipy.sparse import bsr_array
 
-from model.node_loop.block_arithmetic import add_pair, products_2
-from model.node_loop.prefetch import AHEAD, prefetch
+from model.node_loop.block_arithmetic import put, relax, row_defect, subtract_transposed
+from model.node_loop.prefetch import AHEAD
 
 # Multiply and add in one, no more: where sums may be reordered the compiler gathers, four times slower.
 FUSED = {"contract"}
@@ -53,115 +51,10 @@ def flat(x):
 
 
 @njit(inline="always")
-def row_defect_2(A, begin, end, load, u, i, ahead):
-    """Return load_i - sum_k A_k u_j(k), over the blocks begin <= k < end, for blocks of two.
-
-    `load`, `u` and the data of A are flat; memory is asked for so many bytes ahead.
-    """
-    x, y = products_2(A.data, A.indices, begin, end, u, ahead)
-    return load[2 * i] - x, load[2 * i + 1] - y
-
-
-@njit(inline="always")
-def row_defect_3(A, begin, end, load, u, i, ahead, backward=False):
-    """As `row_defect_2`, for blocks of three; `backward` takes them from the last to the first."""
-    r0, r1, r2 = load[3 * i], load[3 * i + 1], load[3 * i + 2]
-    s0, s1, s2, t0, t1, t2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for m in range(end - begin):
-        k = end - np.uint64(1) - m if backward else begin + m
-        j, a = np.uint64(3) * np.uint64(A.indices[k]), np.uint64(9) * k
-        prefetch(A.data, a, ahead)
-        x, y, z = u[j], u[j + np.uint64(1)], u[j + np.uint64(2)]
-        r0 -= A.data[a] * x
-        s0 -= A.data[a + np.uint64(1)] * y
-        t0 -= A.data[a + np.uint64(2)] * z
-        r1 -= A.data[a + np.uint64(3)] * x
-        s1 -= A.data[a + np.uint64(4)] * y
-        t1 -= A.data[a + np.uint64(5)] * z
-        r2 -= A.data[a + np.uint64(6)] * x
-        s2 -= A.data[a + np.uint64(7)] * y
-        t2 -= A.data[a + np.uint64(8)] * z
-    return r0 + (s0 + t0), r1 + (s1 + t1), r2 + (s2 + t2)
-
-
-@njit(inline="always")
-def row_defect_any(A, begin, end, load, u, i, r):
-    """As `row_defect_2`, for blocks of any size; r has room for a row."""
-    d = r.size
-    for a in range(d):
-        s = load[d * i + a]
-        for k in range(np.int64(begin), np.int64(end)):
-            j = d * np.int64(A.indices[k])
-            for b in range(d):
-                s -= A.data[(d * k + a) * d + b] * u[j + b]
-        r[a] = s
-    return r
-
-
-@njit(inline="always")
-def column_defect_2(A, begin, end, x, r):
-    """Do r_j(k) -= A_k^T x over the blocks begin <= k < end; for blocks of two, all flat."""
-    x0, x1 = x
+def column_defect(A, begin, end, x, r, ahead):
+    """Do r_j(k) -= A_k^T x over the blocks begin <= k < end, all flat."""
     for k in range(begin, end):
-        j, a = np.uint64(2) * np.uint64(A.indices[k]), np.uint64(4) * k
-        r[j] -= A.data[a] * x0 + A.data[a + np.uint64(2)] * x1
-        r[j + np.uint64(1)] -= A.data[a + np.uint64(1)] * x0 + A.data[a + np.uint64(3)] * x1
-
-
-@njit(inline="always")
-def column_defect_3(A, begin, end, x, r, ahead):
-    """As `column_defect_2`, for blocks of three, more than a line of memory: their ends are asked for."""
-    x0, x1, x2 = x
-    for k in range(begin, end):
-        j, a = np.uint64(3) * np.uint64(A.indices[k]), np.uint64(9) * k
-        prefetch(A.data, a + np.uint64(8), ahead)
-        r0, r1, r2 = r[j], r[j + np.uint64(1)], r[j + np.uint64(2)]
-        r0 -= A.data[a] * x0
-        r1 -= A.data[a + np.uint64(1)] * x0
-        r2 -= A.data[a + np.uint64(2)] * x0
-        r0 -= A.data[a + np.uint64(3)] * x1
-        r1 -= A.data[a + np.uint64(4)] * x1
-        r2 -= A.data[a + np.uint64(5)] * x1
-        r[j] = r0 - A.data[a + np.uint64(6)] * x2
-        r[j + np.uint64(1)] = r1 - A.data[a + np.uint64(7)] * x2
-        r[j + np.uint64(2)] = r2 - A.data[a + np.uint64(8)] * x2
-
-
-@njit(inline="always")
-def column_defect_any(A, begin, end, x, r):
-    """As `column_defect_2`, for blocks of any size."""
-    d = x.size
-    for k in range(np.int64(begin), np.int64(end)):
-        j = d * np.int64(A.indices[k])
-        for b in range(d):
-            s = 0.0
-            for a in range(d):
-                s += A.data[(d * k + a) * d + b] * x[a]
-            r[j + b] -= s
-
-
-@njit(inline="always")
-def relax(inverse, i, r, u):
-    """Do u_i += D_i^-1 r, `inverse` holding all D_i^-1, flat as u."""
-    d = len(r)
-    for a in range(d):
-        s = 0.0
-        for b in range(d):
-            s += inverse[(d * i + a) * d + b] * r[b]
-        u[d * i + a] += s
-
-
-@njit(inline="always")
-def relax_2(inverse, i, r, u):
-    """As `relax`, for blocks of two; return the step."""
-    x, y = r
-    k, at = np.uint64(4) * np.uint64(i), np.uint64(2) * np.uint64(i)
-    step = (
-        inverse[k] * x + inverse[k + np.uint64(1)] * y,
-        inverse[k + np.uint64(2)] * x + inverse[k + np.uint64(3)] * y,
-    )
-    add_pair(u, at, step)
-    return step
+        subtract_transposed(A.data, k, x, r, A.indices[k], ahead)
 
 
 @lru_cache
@@ -175,18 +68,8 @@ def backward_sweep(size: int) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweep(A, inverse, load, u):
-        row, nodes = np.empty(size), A.indptr.size - 1
-        A = BlockMatrix(A.indptr, A.indices, flat(A.data))
-        inverse, load, u = flat(inverse), flat(load), flat(u)
-        for passed in range(nodes):
-            i = nodes - 1 - passed
-            if size == 2:
-                relax_2(inverse, i, row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD), u)
-                continue
-            elif size == 3:
-                r = row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD, True)
-            else:
-                r = row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
+        for i in range(A.indptr.size - 2, -1, -1):
+            r = row_defect(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD, size > 2, size)
             relax(inverse, i, r, u)
 
     return sweep
@@ -202,29 +85,10 @@ def backward_sweep_with_defect(size: int) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweep(A, middle, inverse, load, u, rest):
-        row, nodes = np.empty(size), A.indptr.size - 1
-        A = BlockMatrix(A.indptr, A.indices, flat(A.data))
-        inverse, load, u, rest = flat(inverse), flat(load), flat(u), flat(rest)
-        for passed in range(nodes):
-            i = nodes - 1 - passed
-            begin, end, j = A.indptr[i], A.indptr[i + 1], size * i
-            if size == 2:
-                r = row_defect_2(A, begin, end, load, u, i, -AHEAD)
-                rest[j], rest[j + 1] = r
-                column_defect_2(A, middle[i], end, relax_2(inverse, i, r, u), rest)
-            elif size == 3:
-                x, y, z = u[j], u[j + 1], u[j + 2]
-                r = row_defect_3(A, begin, end, load, u, i, -AHEAD, True)
-                rest[j], rest[j + 1], rest[j + 2] = r
-                relax(inverse, i, r, u)
-                change = (u[j] - x, u[j + 1] - y, u[j + 2] - z)
-                column_defect_3(A, middle[i], end, change, rest, -AHEAD)
-            else:
-                before = u[j : j + size].copy()
-                r = row_defect_any(A, begin, end, load, u, i, row)
-                rest[j : j + size] = r
-                relax(inverse, i, r, u)
-                column_defect_any(A, middle[i], end, u[j : j + size] - before, rest)
+        for i in range(A.indptr.size - 2, -1, -1):
+            r = row_defect(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD, size > 2, size)
+            put(rest, i, r)
+            column_defect(A, middle[i], A.indptr[i + 1], relax(inverse, i, r, u), rest, -AHEAD)
 
     return sweep
 
@@ -239,30 +103,15 @@ def sweep_from_zero(size: int) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweep(A, middle, inverse, r, z, rest):
-        row, nodes = np.empty(size), A.indptr.size - 1
+        nodes = A.indptr.size - 1
         lead = max(1, 2 * AHEAD * nodes // max(1, A.data.nbytes))  # rows, of which half is read
-        A = BlockMatrix(A.indptr, A.indices, flat(A.data))
-        inverse, r, z, rest = flat(inverse), flat(r), flat(z), flat(rest)
         z[:] = 0.0
         for i in range(nodes):
             begin, after = A.indptr[i], middle[i] + np.uint64(1)
             ahead = np.int64(A.indptr[min(i + lead, nodes)] - begin) * (8 * size * size)
-            if size == 2:
-                x = row_defect_2(A, begin, middle[i], r, z, i, ahead)
-                rest[2 * i], rest[2 * i + 1] = x
-                column_defect_2(A, begin, after, relax_2(inverse, i, x, z), rest)
-                continue
-            elif size == 3:
-                x = row_defect_3(A, begin, middle[i], r, z, i, ahead)
-            else:
-                x = row_defect_any(A, begin, middle[i], r, z, i, row)
-            for a in range(size):
-                rest[size * i + a] = x[a]
-            relax(inverse, i, x, z)
-            if size == 3:
-                column_defect_3(A, begin, after, (z[3 * i], z[3 * i + 1], z[3 * i + 2]), rest, ahead)
-            else:
-                column_defect_any(A, begin, after, z[size * i : size * i + size], rest)
+            x = row_defect(A, begin, middle[i], r, z, i, ahead, False, size)
+            put(rest, i, x)
+            column_defect(A, begin, after, relax(inverse, i, x, z), rest, ahead)
 
     return sweep
 
@@ -284,18 +133,8 @@ def defect(size: int) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def compute(A, load, u, r):
-        row = np.empty(size)
-        A = BlockMatrix(A.indptr, A.indices, flat(A.data))
-        load, u, r = flat(load), flat(u), flat(r)
-        for i in range(r.size // size):
-            if size == 2:
-                x = row_defect_2(A, A.indptr[i], A.indptr[i + 1], load, u, i, AHEAD)
-            elif size == 3:
-                x = row_defect_3(A, A.indptr[i], A.indptr[i + 1], load, u, i, AHEAD)
-            else:
-                x = row_defect_any(A, A.indptr[i], A.indptr[i + 1], load, u, i, row)
-            for a in range(size):
-                r[size * i + a] = x[a]
+        for i in range(len(r)):
+            put(r, i, row_defect(A, A.indptr[i], A.indptr[i + 1], load, u, i, AHEAD, False, size))
 
     return compute
 

@@ -18,16 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from model.node_loop.blocks import (
-    FUSED,
-    BlockMatrix,
-    flat,
-    relax,
-    relax_2,
-    row_defect_2,
-    row_defect_3,
-    row_defect_any,
-)
+from model.node_loop.block_arithmetic import put, relax, row_defect
+from model.node_loop.blocks import FUSED
 from model.node_loop.friction_laws import allowed
 from model.node_loop.prefetch import AHEAD
 from model.node_loop.status import Status
@@ -78,24 +70,54 @@ def frames(normal: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, error_model="numpy")
+def gap_of(contact, c, u):
+    """Distance of candidate c to the road."""
+    gap = contact.gap[c]
+    for a in range(u.shape[1]):
+        gap += contact.frame[c, 0, a] * u[contact.nodes[c], a]
+    return gap
+
+
+@njit(cache=True, error_model="numpy")
+def slip_along(contact, c, u, a):
+    """Slip of candidate c along its tangent a."""
+    s = -contact.reference[c, a - 1]
+    for b in range(u.shape[1]):
+        s += contact.frame[c, a, b] * u[contact.nodes[c], b]
+    return s
+
+
+@njit(cache=True, error_model="numpy")
+def slip_of(contact, c, u):
+    """Slip of candidate c along its tangents, a pair; in the plane the second is 0."""
+    return slip_along(contact, c, u, 1), slip_along(contact, c, u, 2) if u.shape[1] == 3 else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def relax_candidate(contact, c, inverse, r, u):
+    """Relax candidate c with defect r (d,) as if it were free; return its distance to the road."""
+    i = contact.nodes[c]
+    for a in range(r.size):
+        s = 0.0
+        for b in range(r.size):
+            s += inverse[i, a, b] * r[b]
+        u[i, a] += s
+    return gap_of(contact, c, u)
+
+
+@njit(cache=True, error_model="numpy")
 def close_gap(contact, c, inverse, r, u):
     """Relax candidate `c` with defect `r`.
 
     Where it penetrates, return it to the surface by the normal force that takes. Return the status.
     """
-    i = contact.nodes[c]
-    d = r.size
-    gap = contact.gap[c]
-    compliance = 0.0  # n . D^-1 n
-    for a in range(d):
-        s = 0.0
-        for b in range(d):
-            s += inverse[i, a, b] * r[b]
-            compliance += contact.frame[c, 0, a] * inverse[i, a, b] * contact.frame[c, 0, b]
-        u[i, a] += s
-        gap += contact.frame[c, 0, a] * u[i, a]
+    i, d, compliance = contact.nodes[c], r.size, 0.0  # n . D^-1 n
+    gap = relax_candidate(contact, c, inverse, r, u)
     if gap >= 0.0:
         return Status.FREE
+    for a in range(d):
+        for b in range(d):
+            compliance += contact.frame[c, 0, a] * inverse[i, a, b] * contact.frame[c, 0, b]
     force = -gap / compliance
     for a in range(d):
         for b in range(d):
@@ -120,88 +142,60 @@ def place_on_surface(contact, c, u):
 
 
 @njit(cache=True, error_model="numpy")
+def place_slipped(contact, c, u, s, t):
+    """Put candidate `c` on the road, slipped by s and, in space, t from where it sticks."""
+    i = contact.nodes[c]
+    for a in range(u.shape[1]):
+        u[i, a] = -contact.gap[c] * contact.frame[c, 0, a]
+        u[i, a] += (contact.reference[c, 0] + s) * contact.frame[c, 1, a]
+        if u.shape[1] == 3:
+            u[i, a] += (contact.reference[c, 1] + t) * contact.frame[c, 2, a]
+
+
+@njit(cache=True, error_model="numpy")
 def place_all_on_surface(contact, u, status):
     """Put every candidate below the road, or held by `status` (n,), on the surface; update `status`.
 
     Sticking ones are placed exactly where they stick: rounding must not look like slip.
     """
-    d = u.shape[1]
     for c in range(status.size):
-        i, gap = contact.nodes[c], contact.gap[c]
-        for a in range(d):
-            gap += contact.frame[c, 0, a] * u[i, a]
         if status[c] == STICK:
-            for a in range(d):
-                u[i, a] = -contact.gap[c] * contact.frame[c, 0, a]
-                for b in range(1, d):
-                    u[i, a] += contact.reference[c, b - 1] * contact.frame[c, b, a]
-        elif gap < 0.0 or status[c] != FREE:
+            place_slipped(contact, c, u, 0.0, 0.0)
+        elif status[c] != FREE or gap_of(contact, c, u) < 0.0:
             place_on_surface(contact, c, u)
             status[c] = SLIP
 
 
 @njit(cache=True, error_model="numpy")
-def slip_along(contact, c, u, a):
-    """Slip of candidate c along its tangent a."""
-    s = -contact.reference[c, a - 1]
-    for b in range(u.shape[1]):
-        s += contact.frame[c, a, b] * u[contact.nodes[c], b]
-    return s
-
-
-@njit(cache=True, error_model="numpy")
 def stick_or_slip(contact, c, inverse, r, u, bound, slip_rate):
-    """Relax candidate `c` with defect `r` (both overwritten) under friction: free, stick or slip, exactly.
+    """Relax candidate `c` with defect `r` under friction: free, stick or slip, exactly.
 
     Return the status.
     """
-    i = contact.nodes[c]
-    d = r.size
-    gap = contact.gap[c]
-    for a in range(d):  # where would it go if it were free?
-        s = u[i, a]
-        for b in range(d):
-            s += inverse[i, a, b] * r[b]
-        gap += contact.frame[c, 0, a] * s
-    if gap >= 0.0:
-        for a in range(d):
-            for b in range(d):
-                u[i, a] += inverse[i, a, b] * r[b]
-        return Status.FREE
-    D = contact.block[c]
-    step = np.empty(d)  # from the old position to the sticking one, in the frame
-    force = np.empty(d)  # of the road, at the sticking position
+    d, D, state = r.size, contact.block[c], contact.state[c]
+    # the road's force on the node that sticks
+    away, (s, t) = gap_of(contact, c, u), slip_of(contact, c, u)
+    force = np.empty(d)
     for a in range(d):
-        step[a] = -contact.gap[c] if a == 0 else contact.reference[c, a - 1]
-        force[a] = 0.0
+        force[a] = -(D[a, 0] * away + D[a, 1] * s + D[a, d - 1] * t)
         for b in range(d):
-            step[a] -= contact.frame[c, a, b] * u[i, b]
             force[a] -= contact.frame[c, a, b] * r[b]
-    for a in range(d):
-        for b in range(d):
-            force[a] += D[a, b] * step[b]
-    slip = np.zeros(d)
-    status = Status.STICK
-    tangential = 0.0
-    for a in range(1, d):
-        tangential += force[a] ** 2
-    tangential = np.sqrt(tangential)
-    if tangential > allowed(bound, max(force[0], 0.0), 0.0, contact.state[c]):
-        status = Status.SLIP
-        if d == 2:
-            slip_2d(D, force, tangential, bound, slip_rate, contact.state[c], slip)
-        else:
-            slip_3d(D, force, bound, slip_rate, contact.state[c], slip)
-    for a in range(d):
-        u[i, a] = -contact.gap[c] * contact.frame[c, 0, a]
-    for b in range(1, d):
-        for a in range(d):
-            u[i, a] += contact.frame[c, b, a] * (contact.reference[c, b - 1] + slip[b])
-    return status
+    if relax_candidate(contact, c, inverse, r, u) >= 0.0:
+        return Status.FREE
+    tangential = np.sqrt(force[1] ** 2 + (force[2] ** 2 if d == 3 else 0.0))
+    if tangential <= allowed(bound, max(force[0], 0.0), 0.0, state):
+        place_slipped(contact, c, u, 0.0, 0.0)
+        return Status.STICK
+    if d == 2:
+        place_slipped(contact, c, u, slip_2d(D, force, tangential, bound, slip_rate, state), 0.0)
+    else:
+        s, t = slip_3d(D, force, tangential, bound, slip_rate, state)
+        place_slipped(contact, c, u, s, t)
+    return Status.SLIP
 
 
 @njit(cache=True, error_model="numpy")
-def slip_2d(D, force, tangential, bound, slip_rate, state, slip):
+def slip_2d(D, force, tangential, bound, slip_rate, state):
     """Slip m >= 0 against the friction force.
 
     |f_t| - D_tt m = bound(p - s D_nt m, m), s the sign of the sticking force f_t.
@@ -230,22 +224,19 @@ def slip_2d(D, force, tangential, bound, slip_rate, state, slip):
             low, at_low, at_high = m, at_m, 0.5 * at_high
         else:
             high, at_high, at_low = m, at_m, 0.5 * at_low
-    slip[1] = -sign * m
+    return -sign * m
 
 
 @njit(cache=True, error_model="numpy")
-def slip_3d(D, force, bound, slip_rate, state, slip):
+def slip_3d(D, force, tangential, bound, slip_rate, state):
     """Slip w of a node on the friction disc: f_t + D_tt w = -bound(p + d . w, |w|) w/|w|, with d = D_nt.
 
     With k the ratio of friction force to slip, (D_tt + k I) w = -f_t; k runs over [0, inf) and is found by
     bisection-guarded secant steps in x = k/(k + scale), where both ends have opposite signs for any friction
     law.
     """
-    scale = 0.5 * (D[1, 1] + D[2, 2])
-    low, high = 0.0, 1.0
-    at_low, at_high = -1.0, 1.0
-    tangential = np.sqrt(force[1] ** 2 + force[2] ** 2)
-    x = 0.5
+    scale, x = 0.5 * (D[1, 1] + D[2, 2]), 0.5
+    low, high, at_low, at_high = 0.0, 1.0, -1.0, 1.0
     for sweep in range(SECANTS):
         a11 = D[1, 1] * (1.0 - x) + x * scale
         a22 = D[2, 2] * (1.0 - x) + x * scale
@@ -253,9 +244,8 @@ def slip_3d(D, force, bound, slip_rate, state, slip):
         determinant = a11 * a22 - a12 * a12
         w1 = -(a22 * force[1] - a12 * force[2]) / determinant
         w2 = -(a11 * force[2] - a12 * force[1]) / determinant
-        slip[1], slip[2] = (1.0 - x) * w1, (1.0 - x) * w2
-        length = np.sqrt(w1 * w1 + w2 * w2)
-        p = max(force[0] + D[0, 1] * slip[1] + D[0, 2] * slip[2], 0.0)
+        s, t, length = (1.0 - x) * w1, (1.0 - x) * w2, np.sqrt(w1 * w1 + w2 * w2)
+        p = max(force[0] + D[0, 1] * s + D[0, 2] * t, 0.0)
         at_x = x * scale * length - allowed(bound, p, max(slip_rate * (1.0 - x) * length, SLIPS), state)
         if abs(at_x) <= EXACT * tangential or high - low <= 0.1 * EXACT:
             break
@@ -268,6 +258,7 @@ def slip_3d(D, force, bound, slip_rate, state, slip):
         x = low + (high - low) * at_low / (at_low - at_high)
         if sweep < 2 or not low < x < high:
             x = 0.5 * (low + high)
+    return s, t
 
 
 @lru_cache
@@ -281,25 +272,15 @@ def contact_sweeps(dim: int, friction: bool) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweeps(count, A, inverse, load, u, order, contact, status, bound, slip_rate):
-        r, M = np.empty(dim), BlockMatrix(A.indptr, A.indices, flat(A.data))
-        D, b, x = flat(inverse), flat(load), flat(u)
+        r = np.empty(dim)
         for _ in range(count):
             for i in order:
-                if dim == 2:
-                    row = row_defect_2(M, A.indptr[i], A.indptr[i + 1], b, x, i, AHEAD)
-                elif dim == 3:
-                    row = row_defect_3(M, A.indptr[i], A.indptr[i + 1], b, x, i, AHEAD)
-                else:
-                    row = row_defect_any(M, A.indptr[i], A.indptr[i + 1], b, x, i, r)
+                row = row_defect(A, A.indptr[i], A.indptr[i + 1], load, u, i, AHEAD, False, dim)
                 c = contact.number[i]
                 if c < 0:
-                    if dim == 2:
-                        relax_2(D, i, row, x)
-                    else:
-                        relax(D, i, row, x)
+                    relax(inverse, i, row, u)
                     continue
-                for a in range(dim):
-                    r[a] = row[a]
+                put(r, 0, row)
                 if friction:
                     status[c] = stick_or_slip(contact, c, inverse, r, u, bound, slip_rate)
                 else:

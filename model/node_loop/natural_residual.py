@@ -23,8 +23,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from model.node_loop.blocks import FUSED, BlockMatrix, flat, row_defect_2, row_defect_3, row_defect_any
-from model.node_loop.contact_sweep import slip_along
+from model.node_loop.block_arithmetic import put, row_defect
+from model.node_loop.blocks import FUSED
+from model.node_loop.contact_sweep import gap_of, slip_of
 from model.node_loop.friction_laws import allowed
 from model.node_loop.prefetch import AHEAD
 from model.node_loop.status import Status
@@ -41,29 +42,18 @@ def natural_residual(dim: int, friction: bool) -> Any:
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def compute(A, load, u, contact, status, bound, slip_rate, R, force):
-        row, M = np.empty(dim), BlockMatrix(A.indptr, A.indices, flat(A.data))
-        b, x, left = flat(load), flat(u), flat(R)
-        for i in range(R.shape[0]):
-            if dim == 2:
-                r = row_defect_2(M, A.indptr[i], A.indptr[i + 1], b, x, i, AHEAD)
-            elif dim == 3:
-                r = row_defect_3(M, A.indptr[i], A.indptr[i + 1], b, x, i, AHEAD)
-            else:
-                r = row_defect_any(M, A.indptr[i], A.indptr[i + 1], b, x, i, row)
-            for a in range(dim):
-                left[dim * i + a] = r[a]
+        for i in range(len(R)):
+            put(R, i, row_defect(A, A.indptr[i], A.indptr[i + 1], load, u, i, AHEAD, False, dim))
         local = np.empty(dim)
         for c in range(contact.nodes.size):
             i = contact.nodes[c]
             frame = contact.frame[c]
-            gap = contact.gap[c]
             for a in range(dim):
-                gap += frame[0, a] * u[i, a]
                 local[a] = 0.0
                 for b in range(dim):
                     local[a] -= frame[a, b] * R[i, b]
-            if status[c] != Status.FREE:
-                gap = 0.0  # held by construction; what is left is the rounding of the sum above
+            # in contact it is 0 by construction, but for rounding
+            gap = gap_of(contact, c, u) if status[c] == Status.FREE else 0.0
             p = max(local[0] - contact.block[c, 0, 0] * gap, 0.0)
             if friction:
                 admissible_force(contact, c, u, p, status[c], bound, slip_rate, local)
@@ -82,44 +72,23 @@ def natural_residual(dim: int, friction: bool) -> Any:
 @njit(cache=True, error_model="numpy")
 def admissible_force(contact, c, u, p, status, bound, slip_rate, local):
     """Replace the reaction in `local` by the nearest admissible one, of pressure p unless the node grazes."""
-    d = local.size
-    stiffness, size, slip = 0.0, 0.0, 0.0
-    for a in range(1, d):
-        stiffness = max(stiffness, contact.block[c, a, a])
-    for a in range(1, d):
-        s = 0.0 if status == Status.STICK else slip_along(contact, c, u, a)  # what would be left is rounding
-        slip += s * s
-        size += (local[a] - stiffness * s) ** 2
-    size, slip = np.sqrt(size), np.sqrt(slip)
-    largest = allowed(bound, p, slip_rate * slip, contact.state[c])
+    d, state = local.size, contact.state[c]
+    s, t = (0.0, 0.0) if status == Status.STICK else slip_of(contact, c, u)  # what would be left is rounding
+    x, y = local[1], local[2] if d == 3 else 0.0
+    stiffness, slip = max(contact.block[c, 1, 1], contact.block[c, d - 1, d - 1]), np.sqrt(s * s + t * t)
+    size = np.sqrt((x - stiffness * s) ** 2 + (y - stiffness * t) ** 2)
+    largest = allowed(bound, p, slip_rate * slip, state)
     part = largest / size if size > largest else 1.0
-    if status == Status.SLIP and slip > 0.0:
-        missing = (local[0] - p) ** 2
-        for a in range(1, d):
-            missing += ((1.0 - part) * local[a] + part * stiffness * slip_along(contact, c, u, a)) ** 2
-        if local[0] ** 2 < missing and grazes(contact, c, u, slip, missing, bound, slip_rate, local):
-            return
-    local[0] = p
-    for a in range(1, d):
-        s = 0.0 if status == Status.STICK else slip_along(contact, c, u, a)
-        local[a] = part * (local[a] - stiffness * s)
-
-
-@njit(cache=True, error_model="numpy")
-def grazes(contact, c, u, slip, missing, bound, slip_rate, local):
-    """Replace the reaction in `local` by the nearest one without pressure if less than `missing`^1/2 away."""
-    friction, away = 0.0, local[0] ** 2
-    for a in range(1, local.size):
-        friction -= local[a] * slip_along(contact, c, u, a) / slip
-    friction = min(max(friction, 0.0), jump(bound, slip_rate * slip, contact.state[c]))
-    for a in range(1, local.size):
-        away += (local[a] + friction * slip_along(contact, c, u, a) / slip) ** 2
-    if friction <= 0.0 or away >= missing:
-        return False
-    local[0] = 0.0
-    for a in range(1, local.size):
-        local[a] = -friction * slip_along(contact, c, u, a) / slip
-    return True
+    v, w = part * (x - stiffness * s), part * (y - stiffness * t)
+    missing = (local[0] - p) ** 2 + (x - v) ** 2 + (y - w) ** 2
+    if status == Status.SLIP and slip > 0.0 and local[0] ** 2 < missing:
+        against = min(max(-(x * s + y * t) / slip, 0.0), jump(bound, slip_rate * slip, state)) / slip
+        away = local[0] ** 2 + (x + against * s) ** 2 + (y + against * t) ** 2
+        if against > 0.0 and away < missing:
+            p, v, w = 0.0, -against * s, -against * t
+    local[0], local[1] = p, v
+    if d == 3:
+        local[2] = w
 
 
 @njit(cache=True, error_model="numpy")

@@ -13,6 +13,7 @@ from numba import types
 from numba.extending import intrinsic
 
 AHEAD = 8192  # bytes
+LINE = 64  # bytes that arrive at once
 
 
 @intrinsic

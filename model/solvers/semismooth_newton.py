@@ -19,11 +19,12 @@ from model.node_loop.contact_sweep import (
     Candidates,
     close_gap,
     place_all_on_surface,
+    slip_along,
     stick_or_slip,
 )
 from model.node_loop.friction_laws import allowed
 from model.node_loop.friction_tangent import friction_tangent
-from model.node_loop.natural_residual import admissible_force, jump, slip_along
+from model.node_loop.natural_residual import admissible_force, jump
 from model.problem.rigid_modes import free_modes
 from model.solvers.convergence_record import ASTRAY
 from model.solvers.iterative_refinement import ROUNDING
