@@ -159,10 +159,14 @@ class FiniteMidpoint(Midpoint):
         return RoadPlanes(body.road, body.positions(u1), sticking, softness(loop), body.size)
 
     def _left(self, missing: np.ndarray, touch: Touch) -> float:
-        """Return the size of what is missing (N, d) with the forces of the road."""
+        """Return the size of what is missing (N, d) with the forces of the road; supports bear their own."""
         left = missing.copy()
-        left[self.body.contact_nodes] += touch.force
+        left[self.body.contact_nodes] += self._free(touch.force)
         return length(left)
+
+    def _free(self, force: np.ndarray) -> np.ndarray:
+        """Return forces (n, d) at nodes that may touch without what supports there bear."""
+        return np.where(self.body.prescribed[self.body.contact_nodes], 0.0, force)
 
     def _checked(
         self, before: State, u1: np.ndarray, touch: Touch, residual: float
@@ -402,7 +406,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
             u = state.displacement
             gap, normal = self.ground(state)
             touch = solver.solve(turn, missing, gap, normal, np.zeros_like(missing), last)
-            before, rest = rest, length(missing + touch.force)
+            before, rest = rest, length(missing + self._free(touch.force))
             if rest > SLOW * before:
                 solver = TurnedSolver(self._massless_solver(u, normal))
                 turn = np.tile(np.eye(body.dim), (len(turn), 1, 1))
@@ -418,7 +422,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
                 ahead = float(np.vdot(missing + friction, touch.increment))
                 if done or ahead >= -0.5 * downhill:  # not so where it is no number: a cell is turned over
                     break
-            done = done or (part == 1.0 and flat and length(missing + touch.force) <= good)
+            done = done or (part == 1.0 and flat and length(missing + self._free(touch.force)) <= good)
             state.displacement, last = trial, state
             slipped += float(np.vdot(friction, part * touch.increment))
             state.contact_force, state.status = touch.force, touch.status

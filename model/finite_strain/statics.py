@@ -15,7 +15,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -23,14 +22,13 @@ from scipy.sparse import bsr_array
 
 from model.checks import is_tolerance, positive
 from model.curved.tangent_planes import RoadPlanes
-from model.dynamics.time_integrator import StepSolver, Touch
 from model.finite_strain.definite import indefinite, shifted
 from model.finite_strain.system_forces import SystemForces
 from model.node_loop.node_loop import along_road, length
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.problem.rigid_modes import rigid_motions
-from model.solvers.contact_solver import Solution
+from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged, Record
 
 ITERATIONS = 30  # in a load step
@@ -157,7 +155,7 @@ class FiniteContact:
 
     def _step(
         self, start: np.ndarray, since: float, time: float, status: np.ndarray
-    ) -> tuple[np.ndarray, Touch, float]:
+    ) -> tuple[np.ndarray, Solution, float]:
         """Newton's method from u (R, d) at one time to another; return displacement, contact and residual."""
         nodes, fixed = self.problem.contact_nodes, self.system.fixed
         self.system.elastic.lay_on(time)
@@ -174,11 +172,10 @@ class FiniteContact:
             way = np.where(fixed, wanted - u, 0.0)
             planes.bend(pressure)
             touch = self._increment(u, missing, way, planes, status)
-            status, d = touch.status, touch.increment
-            pressure = np.maximum(np.einsum("ca,ca->c", planes.normal, touch.force), 0.0)
+            status, d, pressure = touch.status, touch.displacement, touch.pressure_force
             rest = missing.copy()
-            rest[nodes] += np.where(fixed[nodes], 0.0, touch.force)
-            forces = length(load) + length(touch.force) + length(missing - load)
+            rest[nodes] += np.where(fixed[nodes], 0.0, touch.contact_force)
+            forces = length(load) + length(touch.contact_force) + length(missing - load)
             scale = self.tolerance * forces
             floor = 1e-15 * float(np.abs(self.system.coordinates + u).max()) * length(self._diagonal)
             self._history.append(length(rest) / forces if forces else 0.0)
@@ -203,11 +200,11 @@ class FiniteContact:
         )
 
     def _damped(
-        self, u: np.ndarray, d: np.ndarray, touch: Touch, normal: np.ndarray, load: np.ndarray, moving: bool
+        self, u: np.ndarray, d: np.ndarray, touch: Solution, normal: np.ndarray, load: np.ndarray, moving: bool
     ) -> np.ndarray:
         """Return where to go on from along d; all the way if supports or road move."""
         nodes = self.problem.contact_nodes
-        friction = along_road(touch.force, normal)
+        friction = along_road(touch.contact_force, normal)
         work = float(np.vdot(friction, d[nodes]))
         energy = self._energy(u, load)
         slope = -float(np.vdot(self._missing(u, load), d)) - work
@@ -231,7 +228,7 @@ class FiniteContact:
         way: np.ndarray,
         planes: RoadPlanes,
         status: np.ndarray,
-    ) -> Touch:
+    ) -> Solution:
         """Solve the contact problem of an increment."""
         fixed, points, normal = self.system.fixed, self._points(u), planes.normal
         K = self.forces.tangent(u, held=False)
@@ -251,11 +248,19 @@ class FiniteContact:
             self.problem.friction,
             prolongations=self.problem.prolongations,
         )
-        solver = StepSolver(
-            problem, self.correction, 0.1 * self.tolerance, 1.0, lambda before: self._places(planes.anchor)
+        slips = np.asarray(status == Status.SLIP, dtype=np.float64)
+        law = self.problem.friction
+        by_place = law is not None and law.by_place
+        return ContactSolver(problem, self.correction, progress=False).solve(
+            b=b,
+            gap=planes.gaps(points),
+            tangential_reference=planes.anchor - points,
+            start_status=status,
+            slipped=slips,
+            normal=normal,
+            tolerance=0.1 * self.tolerance,
+            places=self._places(planes.anchor) if by_place else None,
         )
-        back, before = planes.anchor - points, SimpleNamespace(status=status)
-        return solver.solve(b, planes.gaps(points), normal, back, before)  # type: ignore[arg-type]
 
     def _definite(self, A: Any, normal: np.ndarray, status: np.ndarray) -> Any:
         """Return A, made positive definite where it is not."""
@@ -332,10 +337,10 @@ class FiniteContact:
             Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=self._history or [1.0]),
         )
 
-    def _solution(self, u: np.ndarray, touch: Touch, residual: float, seconds: float) -> Solution:
+    def _solution(self, u: np.ndarray, touch: Solution, residual: float, seconds: float) -> Solution:
         return Solution(
             displacement=u,
-            contact_force=touch.force,
+            contact_force=touch.contact_force,
             pressure_force=self._pressure,
             gap=touch.gap,
             status=touch.status,
