@@ -296,3 +296,38 @@ def test_a_block_in_space_on_facets_sharper_than_its_cells(mu):
     grid = box(1.0, 1.0, 0.5, 8, 8, 4, corner=(-0.5, -0.5, 0.0))
     solution, _ = on_corners(grid, "bottom", rough(0.03, 0.2, 0.8), mu, 0.1)
     assert np.count_nonzero(solution.status) > 60
+
+
+HELD_ASIDE = [  # normals of planes under bodies that supports hold along all axes but the vertical
+    ((0.0, 1.0), None),
+    ((0.1, 1.0), None),
+    ((-0.4, 1.0), 0.3),
+    ((0.0, 0.0, 1.0), None),
+    ((0.2, -0.1, 1.0), None),
+]
+
+
+@pytest.mark.parametrize("normal, mu", HELD_ASIDE)
+def test_a_body_held_aside_falls_on_a_slanted_wall(normal, mu):
+    """Nothing holds it along the vertical; nodes that may touch are held in part. The wall bears its weight."""
+    if len(normal) == 2:
+        body = Body.from_grid(ring(0.5, 0.2, 48, 4, lowest=(0.0, 0.0)))
+        support, faces, deep = Support(body), "outer", (0.0, -0.06)
+        for y in (0.0, 1.0):
+            support.fix_node(body.nearest_node((0.0, y)), x=0.0)
+    else:
+        body = Body.from_grid(box(1.0, 1.0, 0.5, 3, 3, 2))
+        support, faces, deep = (
+            Support(body).fix("left", x=0.0).fix("front", y=0.0),
+            "bottom",
+            (0.0, 0.0, -0.3),
+        )
+    elastic = Hyperelasticity(body, NeoHookean(1e3, 0.3))
+    weight = elastic.body_force([0.0] * (len(normal) - 1) + [-1.0])
+    contact = BodyOnRoad(elastic.system(weight, support), faces, Plane(deep, normal), friction=mu)
+    solution = FiniteContact(contact).solve(steps=2)
+    force = solution.contact_force.sum(axis=0)
+    assert force[-1] == pytest.approx(-weight.sum(), rel=1e-9)
+    if mu is None:
+        assert force == pytest.approx(force[-1] * np.array(normal), abs=1e-9)
+    assert np.array_equal(solution.gap == 0.0, solution.status != 0)

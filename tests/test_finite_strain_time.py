@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.sparse import bsr_array
 
-from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, StVenantKirchhoff
+from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, StVenantKirchhoff, Support
 from geometry import Body, Plane, box, rectangle, ring
 from model import (
     EnergyMomentum,
     FiniteBody,
     History,
+    LosslessContact,
     MassRedistribution,
     MovingBody,
     Newmark,
@@ -168,8 +169,6 @@ def test_multigrid_in_space_on_a_matrix_that_turns():
 
 
 def test_supports_hold_and_platens_move_as_one():
-    from forms import Support
-
     body = Body.from_grid(rectangle(1.0, 0.5, 6, 4, corner=(0.0, 0.01)))
     elastic = Hyperelasticity(body, NeoHookean(E=1000.0, nu=0.3))
     moving = FiniteBody.from_forms(
@@ -194,7 +193,6 @@ def test_supports_hold_and_platens_move_as_one():
 
 def test_a_support_that_moves_presses_the_block():
     """A block pressed slowly by its top ends where statics would, and the top where it is told to be."""
-    from forms import Support
 
     def pressed(t):
         return -0.1 * np.sin(0.5 * np.pi * min(t, 1.0)) ** 2
@@ -320,3 +318,35 @@ def test_rotations_at_the_nodes_of_a_body_that_turns_and_stretches(dim):
     moving = FiniteBody.from_forms(elastic, 1.0, 0.0 * X, Plane(np.zeros(dim), np.eye(dim)[-1]), name)
     R = LocalRotations(moving)(X @ (turn @ stretch).T - X)
     assert np.abs(R - turn).max() < 1e-12
+
+
+@pytest.mark.parametrize("scheme", [EnergyMomentum, LosslessContact])
+@pytest.mark.parametrize("normal", [(0.1, 1.0), (0.2, -0.1, 1.0)])
+def test_nodes_that_supports_hold_in_part_meet_a_slanted_wall(normal, scheme):
+    """What the wall pushes along axes that are held, the supports bear: it is not missing of equilibrium."""
+    if len(normal) == 2:
+        body, deep, at = Body.from_grid(ring(0.5, 0.2, 96, 6, lowest=(0.0, 0.0))), (0.0, -0.01), "outer"
+        support = Support(body)
+        for y in (0.0, 1.0):
+            support.fix_node(body.nearest_node((0.0, y)), x=0.0)
+    else:
+        body, deep, at = Body.from_grid(box(1.0, 1.0, 0.5, 3, 3, 2)), (0.0, 0.0, -0.22), "bottom"
+        support = Support(body).fix("left", x=0.0).fix("front", y=0.0)
+    elastic = Hyperelasticity(body, NeoHookean(1e3, 0.3))
+    down = np.zeros(len(normal))
+    down[-1] = -10.0
+    road = Plane(deep, normal)
+    moving = FiniteBody.from_forms(elastic, 1.0, elastic.body_force(down), road, at, support=support)
+    scheme = scheme(moving, 0.005)
+    state = scheme.start()
+    history, iterations, touched = History(scheme, state), [], 0
+    for state in integrate(scheme, state, 40, history, progress=False):
+        iterations.append(scheme.iterations)
+        touched += state.count
+        pressure = state.contact_force @ road.normal
+        assert state.contact_force == pytest.approx(np.outer(pressure, road.normal), abs=1e-9)
+        assert np.array_equal(state.gap == 0.0, state.status != 0)
+    assert touched > 10 and np.median(iterations) < 15
+    assert history["gain"].max() < 1e-9 * history["kinetic"].max()
+    if isinstance(scheme, LosslessContact):
+        assert abs(history["total"][-1] - history["total"][0]) < 1e-9 * history["kinetic"].max()

@@ -210,8 +210,8 @@ def redistributed(
     layer = layers(A, nodes, ranks)
     fading = np.where(layer > 0.0, FADING**layer, 0.0)
     shapes = fading[:, None] * _quadratics(coordinates, ranks)
-    motions, kept = _kept_motions(coordinates, prescribed, ranks)
-    wanted = ranks.sum((motions.T @ (A @ motions))[kept])
+    motions, kept = _kept_motions(coordinates, prescribed, layer == 0.0, ranks)
+    wanted = ranks.sum((motions.T @ (_with_held(A) @ motions))[kept])
     s = (layer > 0.0).astype(np.float64)
     for _ in range(50):
         scaled = A @ (np.repeat(s, d)[:, None] * motions)
@@ -234,6 +234,15 @@ def redistributed(
     return scaled_by_nodes(A, s)
 
 
+def _with_held(A: bsr_array) -> bsr_array:
+    """Return a mass matrix (N d, N d) with as much along axes that supports hold as along others."""
+    own = np.einsum("kaa->ka", A.data)
+    largest = np.take_along_axis(own, np.abs(own).argmax(axis=1)[:, None], axis=1)
+    data = A.data.copy()
+    np.einsum("kaa->ka", data)[:] = np.where(own == 0.0, largest, own)
+    return bsr_array((data, A.indices, A.indptr), shape=A.shape)
+
+
 def layers(A: bsr_array, nodes: np.ndarray, ranks: Any) -> np.ndarray:
     """Return in which layer around some nodes each node is (N,), by the couplings of A; inf if far away."""
     N = A.indptr.size - 1
@@ -253,11 +262,14 @@ def layers(A: bsr_array, nodes: np.ndarray, ranks: Any) -> np.ndarray:
     return layer
 
 
-def _kept_motions(coordinates: np.ndarray, prescribed: np.ndarray, ranks: Any) -> tuple[np.ndarray, tuple]:
+def _kept_motions(
+    coordinates: np.ndarray, prescribed: np.ndarray, massless: np.ndarray, ranks: Any
+) -> tuple[np.ndarray, tuple]:
     """Return motions (N d, d + m), and which of their products (rows, columns) shall keep their mass.
 
     The translations of what is free along each axis count by themselves, the m rigid motions that vanish at
-    all prescribed unknowns with each other: moments of motions that the supports forbid move nothing.
+    all prescribed unknowns with each other: moments of motions that the supports forbid move nothing. Nodes
+    that become `massless` (N,) give all their mass away, whatever supports hold of it.
     """
     N, d = coordinates.shape
     rigid = rigid_motions(coordinates, ranks).reshape(N * d, -1)
@@ -267,8 +279,9 @@ def _kept_motions(coordinates: np.ndarray, prescribed: np.ndarray, ranks: Any) -
     forbidden = np.count_nonzero(size > SAME * np.sqrt(N))
     allowed = rigid @ ways[forbidden:].T
     allowed[fixed] = 0.0  # what rounding has left
-    moving = np.where(fixed[:, None], 0.0, rigid[:, :d])
-    moving = moving[:, ranks.sum(moving.any(axis=0).astype(int)) > 0]
+    moves = ranks.sum(np.where(fixed[:, None], 0.0, rigid[:, :d]).any(axis=0).astype(int)) > 0
+    held = (fixed & ~np.repeat(massless, d))[:, None]
+    moving = np.where(held, 0.0, rigid[:, :d])[:, moves]
     first, second = np.triu_indices(allowed.shape[1])
     alone, shift = np.arange(moving.shape[1]), moving.shape[1]
     kept = np.concatenate([alone, first + shift]), np.concatenate([alone, second + shift])

@@ -126,6 +126,9 @@ class FiniteMidpoint(Midpoint):
             image, forces = u1 + touch.increment, scale + length(touch.force)
             part = self.part_missing if before.count or touch.count else IN_FLIGHT
             good = part * self.tolerance * forces
+            stays = len(sizes) > 1 and sizes[-1] > SLOW * min(sizes[:-1])
+            if stays and sizes[-1] <= self.tolerance * forces:  # more than the tolerance is wished for, if
+                floor = sizes[-1]  # rounding lets it
             lies = True
             if planes is not None:
                 pressure = np.maximum(np.einsum("ca,ca->c", self._normal, touch.force), 0.0)

@@ -200,7 +200,13 @@ class FiniteContact:
         )
 
     def _damped(
-        self, u: np.ndarray, d: np.ndarray, touch: Solution, normal: np.ndarray, load: np.ndarray, moving: bool
+        self,
+        u: np.ndarray,
+        d: np.ndarray,
+        touch: Solution,
+        normal: np.ndarray,
+        load: np.ndarray,
+        moving: bool,
     ) -> np.ndarray:
         """Return where to go on from along d; all the way if supports or road move."""
         nodes = self.problem.contact_nodes
