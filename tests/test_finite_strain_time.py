@@ -338,9 +338,9 @@ def test_nodes_that_supports_hold_in_part_meet_a_slanted_wall(normal, scheme):
     road = Plane(deep, normal)
     moving = FiniteBody.from_forms(elastic, 1.0, elastic.body_force(down), road, at, support=support)
     scheme = scheme(moving, 0.005)
-    state = scheme.start()
-    history, iterations, touched = History(scheme, state), [], 0
-    for state in integrate(scheme, state, 40, history, progress=False):
+    begin = scheme.start()
+    history, iterations, touched = History(scheme, begin), [], 0
+    for state in integrate(scheme, begin, 40, history, progress=False):
         iterations.append(scheme.iterations)
         touched += state.count
         pressure = state.contact_force @ road.normal
