@@ -309,7 +309,7 @@ HELD_ASIDE = [  # normals of planes under bodies that supports hold along all ax
 
 @pytest.mark.parametrize("normal, mu", HELD_ASIDE)
 def test_a_body_held_aside_falls_on_a_slanted_wall(normal, mu):
-    """Nothing holds it along the vertical, and the wall bears its weight; some nodes there are held in part."""
+    """Nothing holds it along the vertical, and the wall bears its weight; nodes are held in part."""
     if len(normal) == 2:
         body = Body.from_grid(ring(0.5, 0.2, 48, 4, lowest=(0.0, 0.0)))
         support, faces, deep = Support(body), "outer", (0.0, -0.06)
