@@ -187,7 +187,7 @@ class FiniteContact:
             to, tried = u + d, self._points(u + d)
             if not over:
                 to = self._damped(u, d, touch, planes.normal, load, moved)
-            turns = touch.force, self._pull(planes, tried)
+            turns = touch.contact_force, self._pull(planes, tried)
             steady = 10 * self.tolerance * forces if over else -1.0
             if planes.follow(self._points(to), status, pressure, steady, *turns, tried):
                 self._check(to, time)
