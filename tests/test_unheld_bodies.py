@@ -156,3 +156,23 @@ def test_a_block_on_a_belt_that_a_soft_spring_holds(stiffness, law):
     held = [s.contact_force[:, 0].sum() for s in follow(contact, [0.2, 0.5, 1.5])]
     slides = 20.0 * law(1.0, 1.0)
     assert held == pytest.approx([2.0, 5.0, slides], rel=2e-3)  # the body itself yields a little
+
+
+def test_a_hard_body_that_soft_springs_let_go_far_lands_at_once():
+    """Its own strain is a ten thousand millionth of the way."""
+    elasticity = Elasticity(Body.from_grid(ring(1.0, 0.3, 16, 2)), Isotropic(1e6, 0.3))
+    load = 1e-6 * elasticity.body_force((0.0, -1.0))
+    weight = -load.sum()
+    system = elasticity.system(load, Support(elasticity.body))
+    body = BodyOnRoad(system, "outer", Plane((0.0, -20.0), (0.0, 1.0)))
+    solver = ContactSolver(body.problem, "direct", progress=False)
+    springs = np.zeros((len(body.points), 2, 2))
+    lowest, left = np.argmin(body.points[:, 1]), np.argmin(body.points[:, 0])
+    springs[lowest] = springs[left] = 0.01 * weight * np.eye(2)
+    solution = solver.solve(springs=springs)
+    assert solution.steps < 10
+    way = solution.displacement[body.problem.contact_nodes]
+    pulled = -np.einsum("cab,cb->ca", springs, way)
+    assert (pulled + solution.contact_force).sum(axis=0) == pytest.approx([0.0, weight], abs=1e-9 * weight)
+    assert solution.pressure_force.sum() > 0.5 * weight
+    assert solution.gap.min() == 0.0

@@ -50,6 +50,37 @@ def nonnegative_forces(work: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, 
     return forces / size, left
 
 
+def nearest_admissible(way: np.ndarray, work: np.ndarray, gap: np.ndarray, scale: float) -> np.ndarray:
+    """Return the q (m,) nearest to `way` with gap + work q >= 0, `scale` being the size of the gaps.
+
+    Least distance programming, C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), ch. 23.
+
+    Parameters
+    ----------
+    way : (m,)
+    work : (k, m)
+    gap : (k,)
+    scale : float
+
+    Examples
+    --------
+    >>> nearest_admissible(np.array([2.0, -3.0]), np.eye(2), np.array([0.0, 1.0]), 1.0)
+    array([ 2., -1.])
+    """
+    need = -(gap + work @ way) / scale
+    some = need > -4.0
+    if not (need > 0.0).any():
+        return way
+    unit = scale / np.abs(work).max()
+    rows = np.column_stack([work[some] * unit / scale, need[some]])
+    target = np.zeros(rows.shape[1])
+    target[-1] = 1.0
+    r = nonnegative_forces(rows, -target)[1]
+    if -r[-1] < 1e-12:
+        return way
+    return way + unit * (r[:-1] / -r[-1])
+
+
 def _unbounded(directions: np.ndarray, load: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Forces (k,) of those chosen for which |load + directions^T forces| is least, of whatever sign."""
     forces = np.zeros(len(directions))

@@ -16,7 +16,7 @@ from model.node_loop.contact_sweep import frames
 from model.node_loop.node_loop import along_road
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
-from model.problem.nonnegative import nonnegative_forces
+from model.problem.nonnegative import nearest_admissible, nonnegative_forces
 
 BALANCE = 1e-9  # of the load: what least squares leave of a balanced one is below it by a factor of ten
 LANDINGS = 100  # nodes that may arrive one after the other; the solver goes on from anywhere
@@ -352,6 +352,24 @@ class RigidModes:
             amplitudes += time * left
             gap = gap + time * speed
         return (self.modes @ amplitudes).reshape(b.shape), ""
+
+    def landing_on_springs(
+        self, b: np.ndarray, normal: np.ndarray, gap: np.ndarray, springs: np.ndarray
+    ) -> np.ndarray:
+        """The motion (N, d) by which a load (N, d) would bring the body, were it rigid, to rest on springs.
+
+        Candidates are held by springs (n, d, d), and by the road without friction; zero where a mode is not.
+        """
+        at = self.at(self.nodes)
+        resistance = np.einsum("cam,cab,cbk->mk", at, springs, at)
+        sizes, axes = np.linalg.eigh(resistance)
+        if not sizes[0] > SEEN * sizes[-1]:
+            return np.zeros_like(b)
+        modes = axes / np.sqrt(sizes)  # each as stiff as the others
+        work = self._work(normal, 0.0) @ modes
+        way = modes.T @ self.modes.T @ b.ravel()
+        scale = max(float(np.abs(gap).max()), float(np.abs(work @ way).max()))
+        return (self.modes @ modes @ nearest_admissible(way, work, gap, scale)).reshape(b.shape)
 
     def driven(self, b: np.ndarray, normal: np.ndarray, mu: Any, near: np.ndarray) -> np.ndarray:
         """The motion (m,) into which a load (N, d) of size 1 drives the body that the nodes `near` (n,) hold.

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from model.problem.nonnegative import nonnegative_forces
+from model.problem.nonnegative import nearest_admissible
 from model.problem.rigid_modes import RigidModes
 
 STEPS = 300
@@ -88,7 +88,7 @@ def approach(
         step = min(step, max(reach, float(gap.min())))
         work = np.einsum("cd,cdm->cm", normal, modes)
         way = step * unit / (np.abs(left).max() or 1.0) * left
-        move = _nearest(way, work, gap, step)
+        move = nearest_admissible(way, work, gap, step)
         there, next_normal, _ = road.closest(points + modes @ (q + move))
         length = float(np.abs(modes @ move).max())
         deep, before = -min(there.min(), 0.0), -min(gap.min(), 0.0)
@@ -103,19 +103,3 @@ def approach(
         if travelled > AWAY * (size + max(float(road.closest(points)[0].max()), 0.0)):
             raise CarriedOff(rigid.in_words(left), travelled)
     return (rigid.modes @ q).reshape(b.shape), rigid.holding(b, normal, gap <= touching)
-
-
-def _nearest(way: np.ndarray, work: np.ndarray, gap: np.ndarray, scale: float) -> np.ndarray:
-    """The amplitudes (m,) nearest to `way` that leave all nodes above their planes, (1)."""
-    need = -(gap + work @ way) / scale
-    some = need > -4.0
-    if not (need > 0.0).any():
-        return way
-    unit = scale / np.abs(work).max()
-    rows = np.column_stack([work[some] * unit / scale, need[some]])
-    target = np.zeros(rows.shape[1])
-    target[-1] = 1.0
-    r = nonnegative_forces(rows, -target)[1]
-    if -r[-1] < 1e-12:
-        return way
-    return way + unit * (r[:-1] / -r[-1])

@@ -380,9 +380,12 @@ class ContactSolver:
         u -= base
         self._put_load(posed, base, bent)
         status = loop.start(u, status)
-        if rigid.count and not status.any() and loop.springs is None:
+        if rigid.count and (loop.springs is not None or not status.any()):
             normal, gap = loop.frame[:, 0], loop.gaps(u, status)
-            landed, self._away = rigid.landing(posed.load, normal, loop.coefficient, gap)
+            if loop.springs is None:
+                landed, self._away = rigid.landing(posed.load, normal, loop.coefficient, gap)
+            else:
+                landed = rigid.landing_on_springs(posed.load, normal, gap, loop.springs)
             base += landed
             self._put_load(posed, base, bent)
             status = loop.start(u, status)
