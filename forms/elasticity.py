@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import ArrayLike
 
+import checks
 from geometry import Body, compat
 
 import ufl  # isort: skip
@@ -76,6 +77,7 @@ class Elasticity:
         kinematics: str | None = None,
         mean_dilatation: bool = False,
     ):
+        checks.instance(Body, body=body)
         kinematics = kinematics or {2: "plane strain", 3: "3d"}[body.dim]
         check_kinematics(kinematics)
         if (kinematics == "3d") != (body.dim == 3):
@@ -126,12 +128,14 @@ class Elasticity:
         -1.0
         """
         support = Support(self.body) if support is None else support
+        checks.instance(Support, support=support)
         mass = None if density is None else self.mass(density)
         C = None
         if damping is not None:
             if density is None:
                 raise ValueError("Damping is for motion; give the density too.")
-            C = self.damping(*damping, density)
+            alpha, beta = checks.vector("damping", damping, 2)
+            C = self.damping(alpha, beta, density)
         system = support.apply(self.stiffness(), load, mass, C, stress=self.stress)
         system.axisymmetric, system.elasticity = self.axisymmetric, self
         return system
@@ -169,26 +173,24 @@ class Elasticity:
         alpha, beta : 1/time and time, not negative, or ValueError is raised
         density : mass per volume, or {region: mass per volume}
         """
-        for name, value in (("alpha", alpha), ("beta", beta)):
-            if not (np.isfinite(value) and value >= 0):
-                raise ValueError(f"The damping coefficient {name} is {value}; it must not be negative.")
+        checks.not_negative(alpha=alpha, beta=beta)
         return sparse.bsr_array(alpha * self.mass(density) + beta * self.stiffness())
 
     def body_force(self, vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a force per volume, say density times gravity."""
-        force = fem.Constant(self.body.mesh, self._vector(vector, "body force"))
+        force = fem.Constant(self.body.mesh, checks.vector("vector, the body force,", vector, self.body.dim))
         return assembly.vector(
             self._over(self._dx(MASS_DEGREE[self.body.cell]), ufl.inner(force, ufl.TestFunction(self.V)))
         )
 
     def traction(self, name: str | Sequence[str], vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a force per area (in the plane, per length) on a boundary."""
-        force = fem.Constant(self.body.mesh, self._vector(vector, "traction"))
+        force = fem.Constant(self.body.mesh, checks.vector("vector, the traction,", vector, self.body.dim))
         return assembly.vector(self._over(self._ds(name), ufl.inner(force, ufl.TestFunction(self.V))))
 
     def total_force(self, name: str | Sequence[str], vector: ArrayLike) -> np.ndarray:
         """Return nodal forces (N, dim) of a uniform traction on `name` whose sum is `vector`."""
-        total = self._vector(vector, "total force")
+        total = checks.vector("vector, the total force,", vector, self.body.dim)
         weights = self.traction(name, np.ones(self.body.dim))
         return weights / self.body.total(weights) * total
 
@@ -227,7 +229,8 @@ class Elasticity:
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """Return the gradient du_i / dx_j of u (N, dim) in the middle of each cell, (cells, dim, dim)."""
-        return np.asarray(np.einsum("cki,ckj->cij", np.asarray(u)[self.body.cells], self._gradients))
+        u = checks.array("u", u, self.body.coordinates.shape)
+        return np.asarray(np.einsum("cki,ckj->cij", u[self.body.cells], self._gradients))
 
     def von_mises(self, u: np.ndarray) -> np.ndarray:
         """Return von Mises' equivalent stress of u (N, dim) in the middle of each cell, (cells,)."""
@@ -273,10 +276,10 @@ class Elasticity:
         return cellwise
 
     def _densities(self, density: float | Mapping[str, float]) -> np.ndarray:
-        given = density.values() if isinstance(density, Mapping) else [density]
-        for value in given:
-            if not (np.isfinite(value) and value > 0):
-                raise ValueError(f"The density is {value}; it must be positive.")
+        if isinstance(density, Mapping):
+            checks.positive(**{f"density of {name!r}": value for name, value in density.items()})
+        else:
+            checks.positive(density=density)
         if not isinstance(density, Mapping):
             return np.full(len(self.materials), float(density))
         if set(density) != set(self.regions):
@@ -285,12 +288,6 @@ class Elasticity:
                 "give both for the same regions."
             )
         return np.array([float(density[name]) for name in self.regions])
-
-    def _vector(self, vector: ArrayLike, what: str) -> np.ndarray:
-        value = np.asarray(vector, dtype=float)
-        if value.shape != (self.body.dim,) or not np.isfinite(value).all():
-            raise ValueError(f"The {what} is {vector!r}; it must be {self.body.dim} finite numbers.")
-        return value
 
     def _dx(self, degree: int) -> ufl.Measure:
         return ufl.dx(metadata={"quadrature_degree": degree + AROUND_DEGREE * self.axisymmetric})

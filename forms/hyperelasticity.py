@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
+from checks import finite, named
 from forms.elasticity import AROUND_DEGREE, Elasticity
 from forms.facets import boundary_measure
 from forms.strain_energies import ZERO, StrainEnergy, strain_energy
@@ -133,9 +134,8 @@ class Hyperelasticity(Elasticity):
         self._cells = np.arange(len(self.body.cells), dtype=np.int32)
         self._part = fem.Constant(body.mesh, 1.0)
         self._pressures: list[Pressure] = []
-        for name, value in (pressure or {}).items():
-            if not np.isfinite(value):
-                raise ValueError(f"The pressure on {name!r} is {value}; it must be a finite number.")
+        for name, value in named("pressure", pressure).items():
+            finite(**{f"pressure on {name!r}": value})
             acting, none = self._part * fem.Constant(body.mesh, float(value)), np.empty(0, dtype=int)
             origin = fem.Constant(body.mesh, np.zeros(body.dim))
             facets = body.facet_indices(name)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from checks import number, numbers, one_of, positive, said
+
 KINEMATICS = ("plane strain", "plane stress", "3d", "axisymmetric")
 SYMMETRIC = 1e-10  # of the largest entry: what tables of ten digits leave
 IN_PLANE = [0, 1, 5]
@@ -33,13 +35,7 @@ class Isotropic:
     """
 
     def __init__(self, E: float, nu: float):
-        if not (np.isfinite(E) and E > 0):
-            raise ValueError(f"Young's modulus E is {E}; it must be positive.")
-        if not -1 < nu < 0.5:
-            hint = " (rubber: nu = 0.499, with mean_dilatation=True in Elasticity)" if nu == 0.5 else ""
-            raise ValueError(
-                f"Poisson's ratio nu is {nu}; it must lie between -1 and 0.5, both excluded{hint}."
-            )
+        moduli(E, nu)
         self.E, self.nu = float(E), float(nu)
 
     def matrix(self, kinematics: str) -> np.ndarray:
@@ -69,6 +65,16 @@ class Isotropic:
         return row
 
 
+def moduli(E: float, nu: float) -> None:
+    """Refuse moduli of no elastic material: E > 0 and -1 < nu < 0.5 are needed (ValueError)."""
+    positive(E=E)
+    if not -1 < number(nu) < 0.5:
+        hint = " (rubber: nu = 0.499, with mean_dilatation=True)" if number(nu) == 0.5 else ""
+        raise ValueError(
+            f"Poisson's ratio nu is {said(nu)}; it must lie between -1 and 0.5, both excluded{hint}."
+        )
+
+
 class Anisotropic:
     """Any symmetric positive definite elasticity matrix.
 
@@ -89,7 +95,7 @@ class Anisotropic:
     """
 
     def __init__(self, matrix: np.ndarray):
-        C = np.array(matrix, dtype=float)
+        C = numbers("matrix", matrix)
         if C.shape not in ((3, 3), (6, 6)):
             raise ValueError(
                 f"The elasticity matrix has the shape {C.shape}; it must be (6, 6), or (3, 3) in the plane."
@@ -133,7 +139,4 @@ class Anisotropic:
 
 def check_kinematics(kinematics: str) -> None:
     """Raise a ValueError unless the kinematics is known."""
-    if kinematics not in KINEMATICS:
-        raise ValueError(
-            f"The kinematics is {kinematics!r}; it must be one of {', '.join(map(repr, KINEMATICS))}."
-        )
+    one_of(KINEMATICS, kinematics=kinematics)

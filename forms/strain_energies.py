@@ -9,11 +9,13 @@ Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysi
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from checks import finite, not_negative, positive, refused, vector
+from forms.material import moduli
 from geometry import compat  # noqa: F401  # compat comes before dolfinx
 
 import ufl  # isort: skip
@@ -54,11 +56,7 @@ class StrainEnergy:
     bears_compression = True  # psi grows without bound as a cell is pressed flat
 
     def __init__(self, **parameters: float):
-        for name, value in parameters.items():
-            if not np.isfinite(value):
-                raise ValueError(
-                    f"The parameter {name} of {type(self).__name__} is {value}; it must be finite."
-                )
+        finite(**parameters)
         self.parameters = {name: float(value) for name, value in parameters.items()}
 
     def density(self, C: Any, p: Mapping[str, Any]) -> Any:
@@ -142,11 +140,8 @@ class MooneyRivlin(StrainEnergy):
     """
 
     def __init__(self, c1: float, c2: float, lame: float):
-        if not (c1 >= 0.0 and c2 >= 0.0 and c1 + c2 > 0.0 and lame > 0.0):
-            raise ValueError(
-                f"Moduli c1 = {c1}, c2 = {c2}, lame = {lame}: c1 and c2 must not be negative, "
-                "nor both zero, and lame must be positive."
-            )
+        not_negative(c1=c1, c2=c2)
+        positive(**{"c1 + c2": c1 + c2}, lame=lame)
         super().__init__(c1=c1, c2=c2, lame=lame)
 
     def density(self, C: Any, p: Mapping[str, Any]) -> Any:
@@ -234,15 +229,16 @@ class Cords(StrainEnergy):
     """
 
     def __init__(self, matrix: StrainEnergy, stiffness: float, directions: Sequence[Sequence[float]]):
-        if not stiffness >= 0.0:
-            raise ValueError(f"The stiffness of the cords is {stiffness}; it must not be negative.")
+        not_negative(stiffness=stiffness)
         matrix = strain_energy(matrix)
         super().__init__(**matrix.parameters, cord=stiffness)
         self.matrix, self.bears_compression = matrix, matrix.bears_compression
         self.directions = []
+        if isinstance(directions, str) or not isinstance(directions, Iterable):
+            raise refused("directions", "a list of vectors along the cords", directions)
         for direction in directions:
-            a = np.zeros(3)
-            a[: len(direction)] = direction
+            along = vector("each of directions", direction, 2, 3)
+            a = np.pad(along, (0, 3 - along.size))
             if not np.linalg.norm(a) > 0.0:
                 raise ValueError(f"The cords run along {direction}, which is no direction.")
             self.directions.append(ufl.as_vector((a / np.linalg.norm(a)).tolist()))
@@ -316,10 +312,7 @@ def strain_energy(psi: Any) -> StrainEnergy:
 
 def lame_constants(E: float, nu: float) -> tuple[float, float]:
     """Return the shear modulus and Lame's lambda, or refuse the moduli."""
-    if not (np.isfinite(E) and E > 0):
-        raise ValueError(f"Young's modulus E is {E}; it must be positive.")
-    if not -1 < nu < 0.5:
-        raise ValueError(f"Poisson's ratio nu is {nu}; it must lie between -1 and 0.5, both excluded.")
+    moduli(E, nu)
     return E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
+from checks import function, instance, not_negative, number, refused, said
 from forms.sharing import agreed, share, take_levels
 from forms.system import System, check_load, constrained
 from forms.tilting import Angle, Tilting, prescribed_angles, tilting
@@ -36,6 +37,7 @@ class Support:
     """
 
     def __init__(self, body: Body):
+        instance(Body, body=body)
         self.body = body
         self.value = np.full(body.coordinates.shape, np.nan)
         self.moving: list[tuple[np.ndarray, int, Callable[[float], float], str]] = []
@@ -76,6 +78,8 @@ class Support:
         ValueError
             for a node that is not there, and as `fix`
         """
+        if not isinstance(index, int | np.integer) or isinstance(index, bool):
+            raise refused("index", "the number of a node", index)
         if not 0 <= index < len(self.value) and not (index == -1 and self.body.shared is not None):
             raise ValueError(f"There is no node {index}; the body's nodes are 0 to {len(self.value) - 1}.")
         return self._prescribe(np.array([index])[: index + 1], (x, y, z), f"of node {index}")
@@ -110,15 +114,16 @@ class Support:
         True
         """
         nodes = self.body.nodes(name)
+        tilted = None if tilt is False else tilting(str(name), nodes, self.body.coordinates[nodes], tilt)
         for other in self.platens:
             if np.intersect1d(nodes, other).size:
                 raise ValueError(
                     f"The boundary {name!r} shares nodes with another platen; make them one boundary."
                 )
-        if tilt is not False:
+        if tilted is not None:
             if self.body.shared is not None:
                 raise ValueError("Platens that tilt are not shared among ranks yet; run on one rank.")
-            self.tilting.append(tilting(str(name), nodes, self.body.coordinates[nodes], tilt))
+            self.tilting.append(tilted)
         self.platens.append(nodes)
         return self
 
@@ -150,6 +155,7 @@ class Support:
         stiffness = self._spread(where, (x, y, z), "stiffness of the springs")
         self.springs += stiffness
         if end is not None:
+            function(end=end)
             self.ends.append((stiffness, end))
         return self
 
@@ -189,15 +195,16 @@ class Support:
             displacements.
         """
         N, dim = self.body.coordinates.shape
-        first = np.asarray(load(0.0) if callable(load) else load, dtype=float)
-        for matrix in (A, mass, damping):
-            if matrix is not None and (matrix.shape != (N * dim, N * dim) or first.shape != (N, dim)):
-                raise ValueError(
-                    f"The matrix is {matrix.shape} and the load {first.shape}; this body of {N} nodes needs "
-                    f"({N * dim}, {N * dim}) and ({N}, {dim})."
-                )
-            if matrix is not None and not np.isfinite(matrix.data).all():
-                raise ValueError("The matrix has entries that are not finite numbers.")
+        first = check_load(load(0.0) if callable(load) else load, (N, dim))
+        for name, matrix in {"A": A, "mass": mass, "damping": damping}.items():
+            if matrix is None and name != "A":
+                continue
+            if not sparse.issparse(matrix) or matrix.shape != (N * dim, N * dim):
+                raise refused(name, f"a sparse matrix ({N * dim}, {N * dim})", matrix)
+            if not np.isfinite(matrix.data).all():
+                raise ValueError(f"The matrix {name} has entries that are not finite numbers.")
+        if stress is not None:
+            function(stress=stress)
         A = _with_diagonal(A, self.springs)
         if self.dashpots.any():
             damping = _with_diagonal(A * 0 if damping is None else damping, self.dashpots)
@@ -219,9 +226,9 @@ class Support:
             for nodes, component, motion, where in moving:
                 value[nodes, component] = _finite(motion(0.0 if time is None else time), where)
             whole, value = value, _of_system(value, node_of, R)
-            for number, platen in enumerate(tilts, start=R - len(tilts)):
+            for own, platen in enumerate(tilts, start=R - len(tilts)):
                 _require_whole(whole[platen.nodes], platen.name)
-                value[number] = prescribed_angles(platen, 0.0 if time is None else time)
+                value[own] = prescribed_angles(platen, 0.0 if time is None else time)
             return value if sharing is None else agreed(value, sharing)
 
         def loads(time: float | None) -> np.ndarray:
@@ -255,21 +262,21 @@ class Support:
             if value is None:
                 continue
             if callable(value):
-                self.moving.append((nodes, component, value, where))
+                self.moving.append((nodes, component, value, f"{'xyz'[component]} {where}"))
             else:
-                self.value[nodes, component] = _finite(value, where)
+                self.value[nodes, component] = _finite(value, f"{'xyz'[component]} {where}")
         return self
 
     def _spread(self, where: int | str | Sequence[str], values: Sequence[float], what: str) -> np.ndarray:
         """Share values of all together (3,) among the nodes of boundaries by their area, (N, dim)."""
         N, dim = self.body.coordinates.shape
-        for value in values:
-            if not (np.isfinite(value) and value >= 0):
-                raise ValueError(f"The {what} at {where!r} is {value}; it must be a finite number >= 0.")
+        not_negative(**{f"{axis} ({what} at {where!r})": value for axis, value in zip("xyz", values)})
         if not any(values[:dim]) or any(values[dim:]):
             along = "x, y, z"[: 3 * dim - 2]
             raise ValueError(f"The {what} at {where!r} is {values}; give some along {along}.")
         share = np.zeros(N)
+        if isinstance(where, bool):
+            raise refused("where", "a node, or names of boundaries", where)
         if isinstance(where, int | np.integer):
             if not 0 <= where < N and not (where == -1 and self.body.shared is not None):
                 raise ValueError(f"There is no node {where}; the body's nodes are 0 to {N - 1}.")
@@ -338,9 +345,9 @@ def _require_whole(value: np.ndarray, name: str) -> None:
 
 
 def _finite(value: float, where: str) -> float:
-    if not (isinstance(value, int | float | np.number) and np.isfinite(value)):
-        raise ValueError(f"The prescribed displacement {where} is {value!r}; it must be a finite number.")
-    return value
+    if not np.isfinite(number(value)):
+        raise ValueError(f"The prescribed displacement {where} is {said(value)}; it must be a finite number.")
+    return number(value)
 
 
 def _of_system(value: np.ndarray, node_of: np.ndarray, R: int) -> np.ndarray:

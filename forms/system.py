@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
+from checks import numbers
 from geometry import Body, compat
 
 from dolfinx import fem  # isort: skip
@@ -419,7 +420,7 @@ def check_load(load: Any, shape: tuple[int, int]) -> np.ndarray:
             f"The load is a {type(load).__name__}; give a linear form L(v), a function of the time, or an "
             f"array {shape} of forces on the nodes."
         )
-    force = np.asarray(load, dtype=np.float64)
+    force = numbers("load", load)
     if force.shape != shape:
         raise ValueError(f"The load has the shape {force.shape}; these nodes need forces of {shape}.")
     if not np.isfinite(force).all():

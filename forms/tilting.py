@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
+from checks import finite
+
 Angle = bool | float | Callable[[float], float]
 
 
@@ -49,8 +51,8 @@ def tilting(name: str, nodes: np.ndarray, points: np.ndarray, tilt: Angle | Sequ
             f"{'one angle' if dim == 2 else 'three angles, about x, y and z'}."
         )
     for angle in angles:
-        if not (callable(angle) or np.isfinite(angle)):
-            raise ValueError(f"The platen {name!r} is to tilt by {angle}; give a finite angle in radians.")
+        if not (callable(angle) or isinstance(angle, bool)):
+            finite(tilt=angle)
     arm = points - points.mean(axis=0)
     return Tilting(name, nodes, arm, float(np.linalg.norm(arm, axis=1).max()), angles)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
 
+from checks import function, named, refused, vector, whole
 from geometry import compat  # before dolfinx
 
 from dolfinx import fem  # isort: skip
@@ -16,7 +17,7 @@ from dolfinx import mesh as dolfinx_mesh  # isort: skip
 
 from mpi4py import MPI  # isort: skip
 
-from geometry.grid import LOCAL_FACETS, Grid, number_rows
+from geometry.grid import LOCAL_FACETS, Grid, is_grid, number_rows
 from geometry.partition import Shared, partition, share_mesh
 
 FLAT = 1e-14  # of the size of a cell, to the power of its dimensions: a volume that may be rounding
@@ -66,6 +67,8 @@ class Body:
         node_sets: Mapping[str, np.ndarray] | None = None,
         shared: Shared | None = None,
     ):
+        if not isinstance(mesh, dolfinx_mesh.Mesh):
+            raise refused("mesh", "a dolfinx mesh; of arrays make one by Body.from_grid", mesh)
         if mesh.topology.cell_type not in KINDS:
             raise ValueError(
                 f"Cells of type {mesh.topology.cell_type.name} cannot be used; "
@@ -79,11 +82,11 @@ class Body:
         self.coordinates = np.ascontiguousarray(mesh.geometry.x[:, : self.dim])
         self.cells = np.asarray(compat.geometry_dofmap(mesh))
         self.facets: dict[str, np.ndarray] = {}
-        self.node_sets = {name: np.asarray(nodes) for name, nodes in (node_sets or {}).items()}
-        self.regions = {name: np.asarray(cells) for name, cells in (regions or {}).items()}
+        self.node_sets = {name: np.asarray(nodes) for name, nodes in named("node_sets", node_sets).items()}
+        self.regions = {name: np.asarray(cells) for name, cells in named("regions", regions).items()}
         self.prolongations = list(prolongations)
         self._indices: dict[str, np.ndarray] = {}  # dolfinx's numbers of the facets of each boundary
-        self._name({name: np.asarray(rows) for name, rows in facets.items()})
+        self._name({name: np.asarray(rows) for name, rows in named("facets", facets).items()})
 
     @classmethod
     def from_grid(
@@ -104,12 +107,8 @@ class Body:
         ValueError
             for coordinates that are not finite, folded cells, unused nodes, and facets that no cell has.
         """
-        if not isinstance(grid, Grid):
-            raise ValueError(
-                f"The grid is a {type(grid).__name__}; give what rectangle, read_mesh, ... return."
-            )
-        if not (isinstance(refinements, int | np.integer) and refinements >= 0):
-            raise ValueError(f"refinements is {refinements!r}; it must be a whole number >= 0.")
+        is_grid(grid)
+        whole(0, refinements=refinements)
         check_grid(grid)
         transfers = []
         if comm.size > len(grid.cells):
@@ -182,6 +181,9 @@ class Body:
         >>> len(body.mark("foot", lambda x: (x[1] < 1e-9) & (x[0] <= 1)).facets["foot"])
         2
         """
+        if not isinstance(name, str):
+            raise refused("name", "a text", name)
+        function(where=where)
         if name in self.facets or name in self.node_sets:
             raise ValueError(f"There is a boundary {name!r} on this body already; choose another name.")
         there = np.asarray(where(self.mesh.geometry.x.T))
@@ -258,7 +260,7 @@ class Body:
 
     def nearest_node(self, point: Sequence[float]) -> int:
         """Return the node nearest to a point; on several ranks -1 where it is not held."""
-        square = np.sum((self.coordinates - np.asarray(point)) ** 2, axis=1)
+        square = np.sum((self.coordinates - vector("point", point, self.dim)) ** 2, axis=1)
         nearest = int(np.argmin(square))
         if self.shared is None:
             return nearest
@@ -335,9 +337,9 @@ def _coarse_points(transfer: sparse.csr_array, order: np.ndarray) -> np.ndarray:
 
 def _listed(name: str | Sequence[str]) -> list[str]:
     """One name, or several, as a list; none at all is refused with a ValueError."""
-    names = [name] if isinstance(name, str) else list(name)
+    names = [name] if isinstance(name, str) or not isinstance(name, Iterable) else list(name)
     if not names or not all(isinstance(one, str) for one in names):
-        raise ValueError(f"The boundary is {name!r}; give the name of one, or a list of names.")
+        raise refused("name", "that of a boundary, or a list of names", name)
     return names
 
 

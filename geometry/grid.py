@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
+
+from checks import named, numbers, one_of, refused, whole_numbers
 
 FACET = {
     "quadrilateral": "interval",
@@ -135,6 +138,18 @@ class Grid:
     regions: Mapping[str, np.ndarray] = field(default_factory=dict)
     snap: Mapping[str, Callable[[np.ndarray], np.ndarray]] = field(default_factory=dict)
     node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse what are no arrays of a mesh; `Body.from_grid` looks at the mesh itself."""
+        one_of(tuple(DIMENSION), cell=self.cell)
+        self.points, self.cells = numbers("points", self.points), whole_numbers("cells", self.cells)
+        corners = 1 + max(max(facet) for facet in LOCAL_FACETS[self.cell])
+        if self.points.ndim != 2:
+            raise refused("points", "an array (N, dim)", self.points)
+        if self.cells.ndim != 2 or self.cells.shape[1] != corners:
+            raise refused("cells", f"an array (n, {corners}) of numbers of points", self.cells)
+        for name in ("facets", "regions", "snap", "node_sets"):
+            named(name, getattr(self, name))
 
     @property
     def dim(self) -> int:
@@ -277,6 +292,12 @@ def _mean_of(vertices: np.ndarray, columns: int) -> sparse.csr_array:
         (np.full(count * size, 1.0 / size), vertices.ravel(), np.arange(0, count * size + 1, size)),
         shape=(count, columns),
     )
+
+
+def is_grid(grid: Any, name: str = "grid") -> None:
+    """Refuse what is no mesh as arrays (ValueError)."""
+    if not isinstance(grid, Grid):
+        raise refused(name, "a Grid, which rectangle, read_mesh and their like return", grid)
 
 
 def exterior_facets(grid: Grid) -> np.ndarray:

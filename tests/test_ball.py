@@ -66,10 +66,10 @@ def test_every_facet_on_the_sphere_has_a_cell_of_its_own():
 @pytest.mark.parametrize(
     "options, words",
     [
-        ({"radius": 0}, "must be positive"),
-        ({"radius": np.nan}, "must be positive"),
-        ({"radius": 1, "part": "third"}, "must be one of quarter, half, whole"),
-        ({"radius": 1, "inner_half_width": 2}, "between 0 and 1"),
+        ({"radius": 0}, "radius is 0"),
+        ({"radius": np.nan}, "radius is nan"),
+        ({"radius": 1, "part": "third"}, "one of 'quarter', 'half', 'whole'"),
+        ({"radius": 1, "inner_half_width": 2}, "less than the radius, 1"),
     ],
 )
 def test_bad_balls_are_refused(options, words):

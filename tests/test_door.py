@@ -387,7 +387,7 @@ def test_what_is_no_argument_of_the_door_is_named():
         "contact is a System": lambda: MovingBody.from_contact(system),
         "The solution is a ndarray": lambda: contact.function(np.zeros((45, 2))),
         "9 candidates, but this body has": lambda: other.fields(solve(contact)),
-        "The time is nan": lambda: list(follow(contact, [np.nan])),
+        "time is nan": lambda: list(follow(contact, [np.nan])),
         "steps is 3": lambda: list(follow(contact, 3)),
     }
     for words, call in cases.items():

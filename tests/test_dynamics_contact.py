@@ -257,7 +257,7 @@ def test_a_step_that_does_not_resolve_the_waves_is_named():
 
 def test_what_is_refused():
     moving, velocity = bouncing_ring()
-    with pytest.raises(ValueError, match="time step"):
+    with pytest.raises(ValueError, match="dt is 0.0"):
         Newmark(moving, 0.0)
     with pytest.raises(ValueError, match="2 beta >= gamma"):
         Newmark(moving, 0.01, beta=0.1)
@@ -266,7 +266,7 @@ def test_what_is_refused():
     scheme = Newmark(moving, 0.01)
     with pytest.raises(ValueError, match="below the road"):
         scheme.start(np.full_like(velocity, -1.0))
-    with pytest.raises(ValueError, match="initial velocity"):
+    with pytest.raises(ValueError, match="velocity holds nan"):
         scheme.start(velocity=np.full_like(velocity, np.nan))
     everywhere = MovingBody(
         moving.M, moving.K, moving.load, moving.coordinates, np.arange(len(velocity)), moving.road

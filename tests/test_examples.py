@@ -10,6 +10,7 @@ import pytest
 
 HOUSE = Path(__file__).parents[1]
 FILES = sorted(file for package in ("geometry", "forms", "model") for file in (HOUSE / package).rglob("*.py"))
+FILES.append(HOUSE / "checks.py")
 WITH_EXAMPLES = [
     ".".join(f.relative_to(HOUSE).with_suffix("").parts) for f in FILES if ">>> " in f.read_text()
 ]

@@ -253,7 +253,7 @@ def test_refusals():
         scheme.start(
             displacement=np.stack([-2.0 * finite.coordinates[:, 0], 0 * finite.coordinates[:, 0]], axis=1)
         )
-    with pytest.raises(ValueError, match=r"has shape \(3, 2\)"):
+    with pytest.raises(ValueError, match=r"displacement is an array of shape \(3, 2\)"):
         scheme.start(displacement=np.zeros((3, 2)))
     kirchhoff = EnergyMomentum(
         ring_above_road(around=24, across=3, energy=StVenantKirchhoff(1000.0, 0.3)), 0.01

@@ -183,8 +183,8 @@ def test_wrong_input_is_refused():
         "alpha is -1": lambda: elasticity.damping(-1.0, 0.0, 1.0),
         "beta is inf": lambda: elasticity.damping(0.0, np.inf, 1.0),
         "no boundary 'roof'": lambda: elasticity.traction("roof", (0, 1)),
-        "total force is .*2 finite": lambda: elasticity.total_force("top", (0, 1, 2)),
-        "body force is .*finite": lambda: elasticity.body_force((0, np.nan)),
+        "the total force, is .*2 finite": lambda: elasticity.total_force("top", (0, 1, 2)),
+        "the body force, is .*finite": lambda: elasticity.body_force((0, np.nan)),
         "There are densities": lambda: elasticity.mass({"a": 1.0}),
     }
     for words, call in cases.items():

@@ -106,7 +106,7 @@ def test_tilts_that_make_no_sense_are_refused():
         Support(flat.body).platen("top", tilt=[1.0, 2.0])
     with pytest.raises(ValueError, match="three angles, about x, y and z"):
         Support(solid.body).platen("top", tilt=0.1)
-    with pytest.raises(ValueError, match="tilt by nan"):
+    with pytest.raises(ValueError, match="tilt is nan"):
         Support(flat.body).platen("top", tilt=np.nan)
     support = Support(flat.body).platen("top", tilt=True).fix("left", x=0.0)
     with pytest.raises(ValueError, match="prescribed by another boundary"):

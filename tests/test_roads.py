@@ -30,7 +30,7 @@ def test_length_of_the_normal_does_not_matter(size):
         ((0, 0), (0, np.nan), "finite"),
         ((0, np.inf), (0, 1), "finite"),
         ((0, 0, 0), (0, 1), "both"),
-        ((0,), (1,), "both"),
+        ((0,), (1,), "2 or 3"),
     ],
 )
 def test_bad_planes_are_refused(point, normal, words):

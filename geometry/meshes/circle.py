@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from checks import positive
+
 SPACING = 0.0073  # of the radius: ten cells across half the patch under the load of the paper
 SHELL_GROWTH = 1.65  # each shell of a nested mesh is about so many times larger than the one within
 
@@ -56,8 +58,9 @@ def shell_sizes(radius: float, inner_half_width: float | None) -> np.ndarray:
         if the inner block does not fit
     """
     inner = 0.1 * radius if inner_half_width is None else inner_half_width
-    if not 0 < inner < radius:
-        raise ValueError(f"The inner block's half width is {inner}; it must lie between 0 and {radius}.")
+    positive(inner_half_width=inner)
+    if inner >= radius:
+        raise ValueError(f"inner_half_width is {inner!r}; it must be less than the radius, {radius!r}.")
     b = np.tan(inner / radius / 2)
     shells = max(1, round(np.log(1 / b) / np.log(SHELL_GROWTH)))
     return np.asarray(b ** (1 - np.arange(shells + 1) / shells))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from checks import one_of, positive
 from geometry.grid import Grid
 from geometry.meshes.circle import SPACING, onto_circle
 from geometry.meshes.gmsh_file import gmsh_mesh, gmsh_session
@@ -40,19 +41,12 @@ def half_cylinder_gmsh(
     >>> grid.cell, sorted(grid.facets)
     ('triangle', ['arc', 'top'])
     """
+    positive(radius=radius)
+    one_of(("quadrilateral", "triangle"), cell=cell)
     spacing = SPACING * radius if spacing is None else spacing
     largest = 0.2 * radius if largest is None else largest
     even = 0.1 * radius if contact_half_width is None else contact_half_width
-    for name, value in {
-        "radius": radius,
-        "spacing": spacing,
-        "largest size": largest,
-        "even width": even,
-    }.items():
-        if not (np.isfinite(value) and value > 0):
-            raise ValueError(f"The {name} is {value}; it must be positive.")
-    if cell not in ("quadrilateral", "triangle"):
-        raise ValueError(f"The cell type is {cell!r}; it must be 'quadrilateral' or 'triangle'.")
+    positive(spacing=spacing, largest=largest, contact_half_width=even)
     with gmsh_session() as gmsh:
         geo, field = gmsh.model.geo, gmsh.model.mesh.field
         centre, left, bottom, right = (

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from checks import one_of, positive, whole
 from geometry.grid import Grid, exterior_facets, number_rows
 from geometry.meshes.circle import onto_circle, shell_sizes
 
@@ -57,10 +58,9 @@ def half_ball(
     >>> half_ball(10.0, part="quarter").cells.shape
     (80, 8)
     """
-    if not (np.isfinite(radius) and radius > 0):
-        raise ValueError(f"The radius is {radius}; it must be positive.")
-    if part not in PARTS:
-        raise ValueError(f"The part is {part!r}; it must be one of {', '.join(PARTS)}.")
+    positive(radius=radius)
+    one_of(tuple(PARTS), part=part)
+    whole(0, refinements=refinements)
     size = shell_sizes(radius, inner_half_width)
     shells = size.size - 1
 

@@ -11,9 +11,11 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk, ellipkinc
 
+from checks import number, one_of, positive, refused, whole
 from geometry.grid import Grid, exterior_facets
 from geometry.meshes.circle import SPACING, onto_circle, shell_sizes
 
+CELLS = ("quadrilateral", "triangle")
 ROUNDING = 0.3  # of the inner block, by eye: 0 for a square outline, 1 for a circular one
 
 
@@ -64,20 +66,22 @@ def half_cylinder(
     >>> half_cylinder(radius=10.0).cells.shape
     (760, 4)
     """
-    _check_radius(radius)
-    _check_cell(cell)
+    positive(radius=radius)
+    one_of(CELLS, cell=cell)
+    whole(2, columns=columns, layers=layers)
     spacing = SPACING * radius if spacing is None else spacing
     even = 0.09 * radius if contact_half_width is None else contact_half_width
-    if columns < 4 or columns % 2 or layers < 2:
+    positive(spacing=spacing, contact_half_width=even)
+    if columns < 4 or columns % 2:
         raise ValueError(
             f"The half cylinder has {columns} columns and {layers} layers; "
             "it needs an even number of columns, 4 or more, and 2 layers or more."
         )
-    if not 0 < side < np.pi / 2:
-        raise ValueError(f"The angle of the block's corners is {side}; it must lie between 0 and pi/2.")
-    if not 0 < spacing <= even < side * radius:
+    if not 0 < number(side) < np.pi / 2:
+        raise refused("side", "an angle between 0 and pi/2", side)
+    if not spacing <= even < side * radius:
         raise ValueError(
-            f"The spacing {spacing} must be positive and at most the evenly spaced width {even}, and that "
+            f"The spacing {spacing:g} must be at most contact_half_width, {even:g}, and that "
             f"less than the arc length {side * radius} of the block's corners."
         )
     # Elliptic functions map a rectangle to the half plane of sigma = (s + 1/s)/2, where the block's corners
@@ -136,8 +140,9 @@ def half_cylinder_nested(
     >>> half_cylinder_nested(radius=10.0, refinements=1).cells.shape
     (224, 4)
     """
-    _check_radius(radius)
-    _check_cell(cell)
+    positive(radius=radius)
+    one_of(CELLS, cell=cell)
+    whole(0, refinements=refinements)
     size = shell_sizes(radius, inner_half_width)
     b, rings = size[0], size[:, None] * np.exp(1j * np.pi / 8 * np.arange(5))
     square = b * np.array([1, 1 + 0.5j, 1 + 1j, 0.5 + 1j, 1j])
@@ -178,16 +183,6 @@ def graded(length: float, cells: int, first: float, even: float = 0.0) -> np.nda
     growth = brentq(excess, 1.0, (length / first) ** (1 / rest), xtol=1e-14)
     steps = first * np.concatenate([np.ones(evenly), growth ** np.arange(1.0, rest + 1)])
     return np.concatenate([[0.0], np.cumsum(steps)[:-1], [length]])
-
-
-def _check_radius(radius: float) -> None:
-    if not (np.isfinite(radius) and radius > 0):
-        raise ValueError(f"The radius is {radius}; it must be positive.")
-
-
-def _check_cell(cell: str) -> None:
-    if cell not in ("quadrilateral", "triangle"):
-        raise ValueError(f"The cell type is {cell!r}; it must be 'quadrilateral' or 'triangle'.")
 
 
 def _from_unit_disc(s: np.ndarray, radius: float) -> np.ndarray:

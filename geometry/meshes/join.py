@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from geometry.grid import Grid
+from checks import named, refused, vector
+from geometry.grid import Grid, is_grid
 
 
 def join(grids: Mapping[str, Grid]) -> Grid:
@@ -36,6 +37,10 @@ def join(grids: Mapping[str, Grid]) -> Grid:
     >>> sorted(join({"left": left, "right": right}).facets)[:2]
     ['left bottom', 'left left']
     """
+    if not named("grids", grids):
+        raise refused("grids", "a dictionary of one grid or more", grids)
+    for name, grid in grids.items():
+        is_grid(grid, f"grids[{name!r}]")
     kinds = {grid.cell for grid in grids.values()}
     if len(kinds) != 1:
         raise ValueError(
@@ -79,9 +84,8 @@ def shifted(grid: Grid, by: Sequence[float]) -> Grid:
     >>> float(shifted(rectangle(1.0, 1.0, 2, 2), by=(0.0, 3.0)).points[:, 1].min())
     3.0
     """
-    way = np.asarray(by, dtype=float)
-    if way.shape != (grid.dim,) or not np.isfinite(way).all():
-        raise ValueError(f"The shift is {by}; it must be {grid.dim} finite numbers.")
+    is_grid(grid)
+    way = vector("by", by, grid.dim)
 
     def there(onto: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
         return lambda points: onto(points - way) + way

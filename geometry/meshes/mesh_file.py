@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from checks import is_path
 from geometry.grid import Grid
 from geometry.meshes.abaqus_file import read_abaqus
 from geometry.meshes.gmsh_file import read_by_gmsh
@@ -48,7 +49,7 @@ def read_mesh(path: str | os.PathLike) -> Grid:
     >>> body.nodes("foot").size
     2
     """
-    path = Path(path)
+    path = is_path(path)
     if path.suffix.lower() in SURFACES and path.is_file():
         raise ValueError(
             f"{str(path)!r} can hold the surface of a body only, but a body needs cells; fill it by a mesh "

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from checks import function, named, number, one_of, positive, refused, vector, whole
 from geometry.grid import Grid
 
 SIDES = {
@@ -53,6 +54,8 @@ def rectangle(
     >>> strip.points.shape, strip.cells.shape, sorted(strip.facets)
     ((27, 2), (16, 4), ['bottom', 'left', 'right', 'top'])
     """
+    positive(width=width, height=height)
+    whole(1, columns=columns, rows=rows)
     return _block((width, height), (columns, rows), cell, corner, distortion, seed, regions)
 
 
@@ -87,6 +90,8 @@ def box(
     >>> box(1.0, 1.0, 2.0, columns=2, layers=2, rows=4).cells.shape
     (16, 8)
     """
+    positive(width=width, depth=depth, height=height)
+    whole(1, columns=columns, layers=layers, rows=rows)
     return _block((width, depth, height), (columns, layers, rows), cell, corner, distortion, seed, regions)
 
 
@@ -101,24 +106,20 @@ def _block(
 ) -> Grid:
     dim = len(lengths)
     allowed = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}[dim]
-    if cell not in allowed:
-        raise ValueError(f"The cell type is {cell!r}; it must be {allowed[0]!r} or {allowed[1]!r}.")
-    if not all(np.isfinite(x) and x > 0 for x in lengths):
-        raise ValueError(f"The lengths of the sides are {lengths}; they must be positive.")
-    if not all(n == np.floor(n) and 0 < n < np.inf for n in counts):
-        raise ValueError(
-            f"The numbers of cells along the sides are {counts}; they must be positive whole numbers."
-        )
-    if not 0 <= distortion < 0.5:
-        raise ValueError(f"The distortion is {distortion}; it must be at least 0 and below 0.5.")
-    if not np.isfinite(corner).all():
-        raise ValueError(f"The corner is {corner}; it must be {dim} finite numbers.")
+    one_of(allowed, cell=cell)
+    if not 0 <= number(distortion) < 0.5:
+        raise refused("distortion", "a number of at least 0 and below 0.5", distortion)
+    lowest = vector("corner", corner, dim)
+    whole(0, seed=seed)
+    masks = named("regions", regions)
+    for name, inside in masks.items():
+        function(**{f"the region {name!r}": inside})
     lattice = np.stack(np.meshgrid(*(np.arange(n + 1) for n in counts), indexing="ij"), axis=-1)
     lattice = _first_axis_fastest(lattice)
     spacing = np.array(lengths) / np.array(counts)
     shift = np.random.default_rng(seed).uniform(-distortion, distortion, lattice.shape)
     shift[(lattice == 0) | (lattice == np.array(counts))] = 0.0
-    points = np.asarray(corner, dtype=float) + (lattice + shift) * spacing
+    points = lowest + (lattice + shift) * spacing
 
     stride = np.cumprod([1, *(n + 1 for n in counts[:-1])])
     origins = lattice[(lattice < np.array(counts)).all(axis=1)] @ stride
@@ -137,7 +138,9 @@ def _block(
         facets = {name: rows[:, [[0, 1, 3], [0, 2, 3]]].reshape(-1, 3) for name, rows in facets.items()}
         grid = Grid(points, cells[:, KUHN].reshape(-1, 4), cell, facets)
     centres = grid.points[grid.cells].mean(axis=1)
-    grid.regions = {name: np.flatnonzero(inside(centres)) for name, inside in (regions or {}).items()}
+    grid.regions = {
+        name: np.flatnonzero(inside(centres)) for name, inside in named("regions", regions).items()
+    }
     return grid
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from checks import positive, vector, whole
 from geometry.grid import Grid
 from geometry.meshes.circle import onto_circle
 
@@ -40,9 +41,12 @@ def ring(
     >>> wheel.cells.shape, float(wheel.points[:, 1].min())
     ((300, 4), 0.0)
     """
-    if not 0 < inner < outer < np.inf:
+    positive(outer=outer, inner=inner)
+    whole(1, around=around, across=across)
+    base = vector("lowest", lowest, 2)
+    if not inner < outer:
         raise ValueError(f"The radii are {outer} and {inner}; the inner one must be positive and smaller.")
-    if around < 6 or around % 2 or across < 1:
+    if around < 6 or around % 2:
         raise ValueError(
             f"The ring has {around} x {across} cells; it needs an even number around, 6 or more, "
             "and 1 or more across."
@@ -57,7 +61,7 @@ def ring(
     radius = outer - depth
     x = radius[:, None] * sine
     y = depth[:, None] + radius[:, None] * versine
-    points = np.stack([x.ravel(), y.ravel()], axis=1) + np.asarray(lowest, dtype=float)
+    points = np.stack([x.ravel(), y.ravel()], axis=1) + base
 
     node = np.arange(len(points)).reshape(across + 1, around)
     turned = np.roll(node, -1, axis=1)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from checks import positive, vector, whole
 from geometry.grid import Grid, exterior_facets
 from geometry.meshes.rectangle import box, rectangle
 
@@ -53,17 +54,11 @@ def tread_block(
     >>> tread.dim, "grooves" in tread.facets
     (2, True)
     """
-    axes = len(blocks)
-    if axes not in (1, 2) or len(size) != axes or len(groove) != axes:
-        raise ValueError(
-            f"There are {axes} numbers of blocks, {len(size)} sizes and {len(groove)} grooves; give one "
-            "of each in 2-D, and two in 3-D."
-        )
-    if not all(int(n) == n and n > 0 for n in blocks):
-        raise ValueError(f"The numbers of blocks are {tuple(blocks)}; they must be positive whole numbers.")
-    lengths = (*size, *groove, height, base, spacing)
-    if not all(np.isfinite(x) and x > 0 for x in lengths):
-        raise ValueError(f"The lengths of the tread are {lengths}; they must be positive.")
+    axes, lengths = len(vector("blocks", blocks, 1, 2)), {"size": size, "groove": groove}
+    for axis in range(axes):
+        whole(1, **{f"blocks[{axis}]": blocks[axis]})
+        positive(**{f"{name}[{axis}]": vector(name, of, axes)[axis] for name, of in lengths.items()})
+    positive(height=height, base=base, spacing=spacing)
     across = [_lines(n, w, g, spacing) for n, w, g in zip(blocks, size, groove)]
     upwards = np.append(_steps(0, height, spacing), height + _steps(0, base, spacing)[1:])
     lines = [*(line for line, _ in across), upwards]

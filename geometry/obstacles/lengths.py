@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from checks import said
+
 SIZES = {
     "km": 1e3, "m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "pm": 1e-12,
     "in": 0.0254, "inch": 0.0254, "inches": 0.0254, "ft": 0.3048, "feet": 0.3048, "mil": 2.54e-5,
@@ -27,9 +29,9 @@ def unit_size(name: str) -> float | None:
 
 def named_unit(name: str) -> float:
     """Metres of a unit of length, or the ValueError that says that it is none."""
-    size = unit_size(name)
+    size = unit_size(name) if isinstance(name, str) else None
     if size is None:
-        raise ValueError(f"{name!r} is no unit of length; give km, m, cm, mm, um, nm, in or ft.")
+        raise ValueError(f"{said(name)} is no unit of length; give km, m, cm, mm, um, nm, in or ft.")
     return size
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 from scipy.spatial import Delaunay, QhullError
 
+from checks import numbers
 from geometry.obstacles.plane import check_points
 
 BEYOND = 100.0  # how many of its lengths a profile goes on, flat, beyond either end
@@ -101,7 +102,7 @@ class Surface(NamedTuple):
 
 def checked_samples(positions: np.ndarray, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (m, dim - 1) and heights (m,), or raise the ValueError that says what is wrong."""
-    positions, heights = np.asarray(positions, dtype=float), np.asarray(heights, dtype=float).ravel()
+    positions, heights = numbers("positions", positions), numbers("heights", heights).ravel()
     positions = positions[:, None] if positions.ndim == 1 else positions
     if positions.ndim != 2 or positions.shape[1] not in (1, 2) or len(positions) != len(heights):
         raise ValueError(

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from checks import finite, function, is_road, numbers, positive, vector
 from geometry.obstacles.plane import Road, check_points
 
 
@@ -23,7 +24,7 @@ class ShiftedRoad:
     """
 
     def __init__(self, road: Road, shift: ArrayLike):
-        self.road, self.shift = road, _finite("shift", shift)
+        self.road, self.shift = _at_rest(road, self), vector("shift", shift, 2, 3)
         self.flat = getattr(road, "flat", False)
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -91,29 +92,35 @@ class MovingRoad:
         self.road, self.turn = _at_rest(road, self), turn
         if velocity is None and turn is None:
             raise ValueError("The road does not move; give its velocity or its turn.")
+        if turn is not None:
+            function(turn=turn)
         self.path = velocity if callable(velocity) else None
-        rate = None if velocity is None or callable(velocity) else _finite("velocity", velocity)
-        start = None if self.path is None else _finite("displacement at time 0", self.path(0.0))
+        rate = None if velocity is None or callable(velocity) else vector("velocity", velocity, 2, 3)
+        start = None if self.path is None else vector("velocity(0)", self.path(0.0), 2, 3)
         known = [value for value in (rate, start, centre) if value is not None]
         dim = 3 if axis is not None else len(np.ravel(known[0])) if known else 2
         self.velocity = np.zeros(dim) if rate is None else rate
-        self.centre = np.zeros(dim) if centre is None else _finite("centre", centre)
+        self.centre = np.zeros(dim) if centre is None else vector("centre", centre, dim)
         if dim == 3 and turn is not None and axis is None:
             raise ValueError("The road turns in space; give the axis that it turns about.")
-        self.axis = None if axis is None else _finite("axis", axis) / np.linalg.norm(_finite("axis", axis))
+        self.axis = None if axis is None else vector("axis", axis, 3)
+        if self.axis is not None:
+            positive(**{"the length of axis": np.linalg.norm(self.axis)})
+            self.axis = self.axis / np.linalg.norm(self.axis)
 
     def displacement(self, time: float) -> np.ndarray:
         """Return how far (dim,) the road, or its centre if it turns, has moved by `time`."""
+        finite(time=time)
         if self.path is None:
             return self.velocity * time
-        return _finite(f"displacement at time {time:g}", self.path(time))
+        return vector(f"velocity({time:g})", self.path(time), len(self.centre))
 
     def rotation(self, time: float) -> np.ndarray:
         """Return the rotation matrix (dim, dim) at `time`; a turn that is not finite raises ValueError."""
+        finite(time=time)
         dim = len(self.centre)
-        angle = 0.0 if self.turn is None else float(self.turn(time))
-        if not np.isfinite(angle):
-            raise ValueError(f"The road's turn at time {time:g} is {angle}; it must be a finite number.")
+        angle = 0.0 if self.turn is None else self.turn(time)
+        finite(**{f"turn({time:g})": angle})
         if angle == 0.0:
             return np.eye(dim)
         about = np.array([0.0, 0.0, angle]) if self.axis is None else angle * self.axis
@@ -154,15 +161,14 @@ class RoadSeenFromAfar:
     """
 
     def __init__(self, road: Road, summit: float, reach: float):
-        self.road, self.summit, self.reach = _at_rest(road, self), float(summit), float(reach)
-        if not (np.isfinite(self.summit) and self.reach > 0):
-            raise ValueError(
-                f"The road's summit is {summit} and its reach {reach}; both must be finite, the reach > 0."
-            )
+        self.road = _at_rest(road, self)
+        finite(summit=summit)
+        positive(reach=reach)
+        self.summit, self.reach = float(summit), float(reach)
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""
-        points = np.asarray(points, dtype=float)
+        points = numbers("points", points)
         normal, foot = np.zeros_like(points), points.copy()
         normal[:, -1], foot[:, -1] = 1.0, self.summit
         gap = points[:, -1] - self.summit
@@ -196,7 +202,8 @@ class ExtrudedRoad:
 
 
 def _at_rest(road: Road, maker: object) -> Road:
-    """Refuse a road that moves where only one at rest can be taken."""
+    """Refuse what is no road, and a road that moves where only one at rest can be taken."""
+    is_road(road)
     if hasattr(road, "at"):
         kind = type(maker).__name__
         raise ValueError(
@@ -204,10 +211,3 @@ def _at_rest(road: Road, maker: object) -> Road:
             f"MovingRoad({kind}(...), ...)."
         )
     return road
-
-
-def _finite(name: str, vector: ArrayLike) -> np.ndarray:
-    value = np.asarray(vector, dtype=float)
-    if value.shape not in ((2,), (3,)) or not np.isfinite(value).all():
-        raise ValueError(f"The road's {name} is {value}; it must be 2 or 3 finite numbers.")
-    return value

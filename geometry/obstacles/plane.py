@@ -7,6 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
+from checks import numbers, said, vector
+
 
 class Road(Protocol):
     """What every road can do: find the nearest point of its surface.
@@ -33,7 +35,7 @@ class Road(Protocol):
 
 def check_points(road: object, dim: int, points: np.ndarray) -> np.ndarray:
     """Return points (n, dim), or raise the ValueError that says that the road is not made for them."""
-    points = np.ascontiguousarray(points, dtype=float)
+    points = np.ascontiguousarray(numbers("points", points))
     if points.ndim != 2 or points.shape[1] != dim:
         remedy = "give a road of the plane, say a profile over x"
         if dim == 2:
@@ -64,16 +66,16 @@ class Plane:
 
     def __init__(self, point: Sequence[float] | None = None, normal: Sequence[float] | None = None):
         self._any_dimension = point is None and normal is None
-        known = normal if point is None else point
-        dim = 2 if known is None else np.size(known)
-        self.point = np.zeros(dim) if point is None else np.asarray(point, dtype=float)
-        direction = np.eye(dim)[-1] if normal is None else np.asarray(normal, dtype=float)
-        if self.point.shape != direction.shape or self.point.shape not in ((2,), (3,)):
+        at = None if point is None else vector("point", point, 2, 3)
+        up = None if normal is None else vector("normal", normal, 2, 3)
+        dim = next((known.size for known in (at, up) if known is not None), 2)
+        self.point = np.zeros(dim) if at is None else at
+        direction = np.eye(dim)[-1] if up is None else up
+        if self.point.shape != direction.shape:
             raise ValueError(
-                f"The plane's point {point} and normal {normal} must both have 2, or both 3, components."
+                f"The plane's point {said(point)} and normal {said(normal)} must both have 2, or both 3, "
+                "components."
             )
-        if not (np.isfinite(self.point).all() and np.isfinite(direction).all()):
-            raise ValueError(f"The plane's point {point} and normal {normal} must be finite numbers.")
         largest = np.abs(direction).max()
         if largest == 0:
             raise ValueError(f"The plane's normal is {normal}; it must not be zero.")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from checks import is_path, refused
 from geometry.obstacles.lengths import named_unit, unit_of_column, unit_of_line
 from geometry.obstacles.number_table import WANTED, NumberTable, read_table
 
@@ -60,7 +61,7 @@ def read_samples(
     ...     read_samples(path, unit="m")
     (array([0.    , 0.0001]), array([1.5e-06, 2.5e-06]))
     """
-    path = Path(path)
+    path = is_path(path)
     table = read_table(path)
     chosen = _columns(path, table, columns)
     scale = _scales(path, table, chosen, unit, units)
@@ -89,6 +90,8 @@ def _columns(path: Path, table: NumberTable, columns: Sequence[int | str] | None
             f"{path} has {count} columns, and nothing says which are positions and which the heights; "
             f"choose 2 or 3 with columns=(...) from {known}."
         )
+    if not isinstance(columns, list | tuple):
+        raise refused("columns", "2 or 3 numbers or names of columns", columns)
     chosen = []
     for column in columns:
         if isinstance(column, str):
@@ -96,10 +99,10 @@ def _columns(path: Path, table: NumberTable, columns: Sequence[int | str] | None
             if len(same) != 1:
                 raise ValueError(f"{path} has no column {column!r} alone; its columns are {known}.")
             chosen.append(same[0])
-        elif 0 <= column < count:
+        elif isinstance(column, int | np.integer) and 0 <= column < count:
             chosen.append(int(column))
         else:
-            raise ValueError(f"{path} has no column {column}; its columns are {known}.")
+            raise ValueError(f"{path} has no column {column!r}; its columns are {known}.")
     if len(chosen) not in WANTED or len(set(chosen)) < len(chosen):
         raise ValueError(f"The columns are {tuple(columns)}; give 2 or 3 different ones, the height last.")
     return chosen
@@ -130,6 +133,8 @@ def _scales(
         named = _units(table, count)
         given = [named[k] for k in chosen]
     else:
+        if not isinstance(units, str | list | tuple):
+            raise refused("units", "a unit of length, or one for each column", units)
         each = [units] * count if isinstance(units, str) else list(units)
         if len(each) not in (count, len(chosen)):
             raise ValueError(

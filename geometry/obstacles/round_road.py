@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from checks import finite
 from geometry.obstacles.plane import Plane, check_points
 
 
@@ -40,7 +41,8 @@ class RoundRoad:
         radius: float = 1.0,
     ):
         plane = Plane(point, normal)
-        if not (np.isfinite(radius) and radius != 0):
+        finite(radius=radius)
+        if radius == 0:
             raise ValueError(
                 f"The road's radius is {radius}; positive makes a hill, negative a hollow, and zero nothing."
             )

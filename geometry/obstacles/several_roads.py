@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
+from checks import is_road, refused
 from geometry.obstacles.linear_road import TINY
 
 STEPS = 30  # of the search for the nearest point of a corner, whose planes turn where roads are curved
@@ -43,16 +44,17 @@ class SeveralRoads:
 
     def __new__(cls, roads: Sequence[Any]) -> SeveralRoads:
         """Make the kind that can be asked where the roads are at a time, if any of them moves."""
+        if isinstance(roads, str) or not isinstance(roads, Collection):
+            raise refused("roads", "a list of roads, say [Plane(), RoundRoad()]", roads)
         moving = any(hasattr(road, "at") for road in roads)
         return super().__new__(SeveralMovingRoads if moving else SeveralRoads)
 
     def __init__(self, roads: Sequence[Any]):
         self.roads = list(roads)
         if not self.roads:
-            raise ValueError("There are no roads; give at least one.")
+            raise refused("roads", "a list of one road or more", roads)
         for road in self.roads:
-            if not (hasattr(road, "closest") or hasattr(road, "at")):
-                raise ValueError(f"One of the roads is a {type(road).__name__}; give roads, say Plane().")
+            is_road(road)
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return gap (n,), normal (n, dim) and closest point (n, dim) for points (n, dim)."""

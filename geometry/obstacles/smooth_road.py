@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator, RectBivariateSpline
 
+from checks import function, numbers
 from geometry.obstacles.linear_road import LinearRoad, checked_samples
 from geometry.obstacles.plane import check_points
 
@@ -48,7 +49,10 @@ class SmoothRoad:
     """
 
     def __init__(self, height: Callable, positions: np.ndarray, slope: Callable | None = None):
-        places = np.asarray(positions, dtype=float)
+        function(height=height)
+        if slope is not None:
+            function(slope=slope)
+        places = numbers("positions", positions)
         places = places[:, None] if places.ndim == 1 else places
         places, heights = checked_samples(places, height(*places.T))
         self.dim = places.shape[1] + 1

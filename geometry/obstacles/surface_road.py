@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import os
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
+from checks import is_path, numbers, positive, refused, whole_numbers
 from geometry.meshes.mesh_file import read_raw
 from geometry.obstacles.linear_road import (
     TINY,
@@ -109,7 +109,7 @@ class SurfaceRoad(_FacetRoad):
     """
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike, inside: bool = False):
-        vertices, corners = np.asarray(points, dtype=float), np.asarray(triangles, dtype=np.int64)
+        vertices, corners = numbers("points", points), whole_numbers("triangles", triangles)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or corners.ndim != 2 or corners.shape[1] != 3:
             raise ValueError(
                 f"The surface has points of shape {vertices.shape} and triangles of shape {corners.shape}; "
@@ -117,7 +117,7 @@ class SurfaceRoad(_FacetRoad):
             )
         _check_finite(vertices, "surface")
         if corners.size == 0 or corners.min() < 0 or corners.max() >= len(vertices):
-            raise ValueError(f"The surface needs triangles of points from 0 to {len(vertices) - 1}.")
+            raise refused("triangles", f"numbers of points from 0 to {len(vertices) - 1}", triangles)
         vertices, number = np.unique(vertices, axis=0, return_inverse=True)  # one point where triangles meet
         corners = number.ravel()[corners]
         a, b, c = vertices[corners].transpose(1, 0, 2)
@@ -146,7 +146,8 @@ class SurfaceRoad(_FacetRoad):
         ValueError
             if the file cannot be read, or has no surface.
         """
-        mesh = read_raw(Path(path))
+        positive(scale=scale)
+        mesh = read_raw(is_path(path))
         triangles = [mesh.rows.get("triangle", np.empty((0, 3), dtype=np.int64))]
         for corners in ([0, 1, 3], [0, 3, 2]):
             triangles.append(mesh.rows.get("quadrilateral", np.empty((0, 4), dtype=np.int64))[:, corners])
@@ -184,7 +185,7 @@ class PolylineRoad(_FacetRoad):
     """
 
     def __init__(self, points: ArrayLike, closed: bool = False, inside: bool = False):
-        chain = np.asarray(points, dtype=float)
+        chain = numbers("points", points)
         if chain.ndim != 2 or chain.shape[1] != 2 or len(chain) < 2 + closed:
             raise ValueError(
                 f"The polyline has points of shape {chain.shape}; (m, 2) with m of {2 + closed} or more is "

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from checks import is_path, refused
 from geometry.obstacles.lengths import named_unit
 
 
@@ -43,9 +44,10 @@ def read_topography(
     >>> positions, heights = read_topography("scan.sur", unit="mm", clean=True)  # doctest: +SKIP
     >>> road = SmoothRoad.through(positions, heights)  # doctest: +SKIP
     """
-    if not Path(path).is_file():
+    path = is_path(path)
+    if not path.is_file():
         raise ValueError(f"There is no file {str(path)!r} to read a road from.")
-    if Path(path).suffix.lower() == ".crg":
+    if path.suffix.lower() == ".crg":
         read = _import("pyopencrg").read
     else:
         read = _import("SurfaceTopography").read_topography
@@ -57,7 +59,7 @@ def read_topography(
             f"{read.__module__.partition('.')[0]} cannot read "
             f"{str(path)!r} ({type(error).__name__}: {reason})."
         ) from error
-    if Path(path).suffix.lower() == ".crg":
+    if path.suffix.lower() == ".crg":
         return _samples(*found.grid_xy(), heights=found.surface_z(), size=1.0, unit=unit, clean=clean)
     return samples_of(found, unit, clean)
 
@@ -85,6 +87,8 @@ def samples_of(
     ValueError
         for undefined samples, and for a unit that the topography does not have.
     """
+    if not hasattr(topography, "positions"):
+        raise refused("topography", "one of SurfaceTopography", topography)
     positions = topography.positions()
     positions = positions if topography.dim == 2 else (positions,)
     size = None if topography.unit is None else named_unit(topography.unit)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from model.checks import poisson_ratio, positive
+from checks import poisson_ratio, positive
 
 
 def effective_modulus(E: float, nu: float) -> float:

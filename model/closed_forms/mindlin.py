@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from model.checks import positive, tangential_load
+from checks import instance, positive, tangential_load
 from model.closed_forms.hertz import HertzCylinder, HertzSphere, ellipse
 
 
@@ -44,6 +44,7 @@ class MindlinCylinder:
 
     def __post_init__(self) -> None:
         """Check the numbers once."""
+        instance(HertzCylinder, normal=self.normal)
         positive(mu=self.mu)
         tangential_load(self.Q, self.mu * self.normal.P)
 
@@ -93,6 +94,7 @@ class MindlinSphere:
 
     def __post_init__(self) -> None:
         """Check the numbers once."""
+        instance(HertzSphere, normal=self.normal)
         positive(mu=self.mu)
         tangential_load(self.Q, self.mu * self.normal.F)
 

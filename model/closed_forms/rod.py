@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from model.checks import positive
+from checks import positive
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import ellipkm1, expit, log_expit, xlog1py, xlogy
 
-from model.checks import poisson_ratio, positive
+from checks import instance, poisson_ratio, positive
 from model.closed_forms.hertz import HertzCylinder
 
 PANELS = 100  # in the stick zone, and as many in the slip zone: errors of 1e-4 (above)
@@ -110,6 +110,7 @@ class Spence:
 
     def __post_init__(self) -> None:
         """Check the number once."""
+        instance(HertzCylinder, normal=self.normal)
         positive(mu=self.mu)
 
     @property

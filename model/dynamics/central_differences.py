@@ -16,6 +16,7 @@ import numpy as np
 from scipy.sparse import bsr_array, diags_array
 from scipy.sparse.linalg import eigsh
 
+from checks import positive
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State, TimeIntegrator
 from model.one_rank import ONE_RANK
@@ -55,6 +56,7 @@ class CentralDifferences(TimeIntegrator):
     name = "central differences"
 
     def __init__(self, body: MovingBody, dt: float, tolerance: float = TOLERANCE):
+        positive(dt=dt)
         ones, ranks = np.ones(body.M.shape[0]), body.ranks
         self._lumped = np.where(body.prescribed.ravel(), body.M.diagonal(), body.M @ ones)
         ranks.update(self._lumped.reshape(body.coordinates.shape))

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from checks import between
 from model.dynamics.block_sums import weighted_sum
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State, TimeIntegrator
@@ -51,8 +52,7 @@ class GeneralisedAlpha(TimeIntegrator):
     name = "generalised-alpha"
 
     def __init__(self, body: MovingBody, dt: float, rho: float = 0.8, **options: Any):
-        if not 0.0 <= rho <= 1.0:
-            raise ValueError(f"rho is {rho}, but the spectral radius at infinity lies between 0 and 1.")
+        between(0.0, 1.0, rho=rho)
         self._shift((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0))
         super().__init__(body, dt, **options)
 
@@ -139,8 +139,7 @@ class HHT(GeneralisedAlpha):
     name = "HHT-alpha"
 
     def __init__(self, body: MovingBody, dt: float, alpha: float = 0.1, **options: Any):
-        if not 0.0 <= alpha <= 1.0 / 3.0:
-            raise ValueError(f"alpha is {alpha}, but it must lie between 0 and 1/3.")
+        between(0.0, 1.0 / 3.0, alpha=alpha)
         self.alpha = alpha
         super().__init__(body, dt, **options)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array, issparse
 
-from model.checks import is_contact, is_road, node_numbers
+from checks import is_contact, is_road, node_numbers, numbers
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_laws import as_law
 from model.node_loop.node_loop import uncoupled_unknowns
@@ -107,7 +107,7 @@ class MovingBody:
 
     def __post_init__(self) -> None:
         """Check at the door, so that no step need."""
-        self.coordinates = np.array(self.coordinates, dtype=np.float64, ndmin=2)
+        self.coordinates = np.atleast_2d(numbers("coordinates", self.coordinates)).copy()
         N, self.dim = self.coordinates.shape
         size = N * self.dim
         for name in ("M", "K", "C"):

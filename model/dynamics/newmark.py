@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from checks import finite
 from model.dynamics.block_sums import weighted_sum
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State, TimeIntegrator
@@ -54,6 +55,7 @@ class Newmark(TimeIntegrator):
     name = "Newmark"
 
     def __init__(self, body: MovingBody, dt: float, beta: float = 0.25, gamma: float = 0.5, **options: Any):
+        finite(beta=beta, gamma=gamma)
         if not 2.0 * beta >= gamma >= 0.5:
             raise ValueError(f"beta is {beta} and gamma {gamma}, but 2 beta >= gamma >= 1/2 is needed.")
         self.beta, self.gamma = beta, gamma

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from model.checks import is_tolerance
+from checks import array, instance, is_tolerance, positive, whole
 from model.dynamics.contact_update import advance, confirm_contact, contact_work, forget_rounding
 from model.dynamics.initial_acceleration import consistent_acceleration
 from model.dynamics.moving_body import MovingBody
@@ -274,6 +274,7 @@ class TimeIntegrator(ABC):
 
     def __new__(cls, body: MovingBody, *args: Any, **options: Any) -> "TimeIntegrator":
         """Choose by the road."""
+        instance(MovingBody, body=body)
         if getattr(body.road, "flat", False):
             return super().__new__(cls)
         from model.dynamics.curved_steps import on_curved_road  # which builds on this file
@@ -281,8 +282,7 @@ class TimeIntegrator(ABC):
         return super().__new__(on_curved_road(cls))
 
     def __init__(self, body: MovingBody, dt: float, correction: str = "auto", tolerance: float = TOLERANCE):
-        if not (np.isfinite(dt) and dt > 0.0):
-            raise ValueError(f"dt is {dt}, but a time step is a finite number > 0.")
+        positive(dt=dt)
         is_tolerance(tolerance)
         if body.finite_strain and not self.finite_strain:
             raise ValueError(
@@ -371,6 +371,8 @@ class TimeIntegrator(ABC):
 
     def run(self, state: State, steps: int) -> State:
         """Return the state so many steps later; see `integrate` for runs that report and record."""
+        instance(State, state=state)
+        whole(0, steps=steps)
         for _ in range(steps):
             state = self.step(state)
         return state
@@ -482,9 +484,4 @@ def _initial(name: str, values: np.ndarray | None, body: MovingBody) -> np.ndarr
     """Check an initial field."""
     if values is None:
         return np.zeros_like(body.coordinates)
-    values = np.array(values, dtype=np.float64)
-    if values.shape != body.coordinates.shape or not np.all(np.isfinite(values)):
-        raise ValueError(
-            f"The initial {name} has shape {values.shape}; it takes {body.coordinates.shape} finite numbers."
-        )
-    return values
+    return array(name, values, body.coordinates.shape).copy()

@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array
 
+from checks import whole
 from model.curved.anderson_acceleration import Anderson
 from model.curved.tangent_planes import RoadPlanes, softness
 from model.dynamics.mass_redistribution import MassRedistribution
@@ -336,12 +337,14 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
     def __init__(self, body: FiniteBody, dt: float, halvings: int = HALVINGS, **options: Any):
         if not isinstance(body, FiniteBody):
             raise ValueError(
-                "EnergyMomentum is for finite strain; for linear strain take MassRedistribution."
+                f"The body is a {type(body).__name__}, but EnergyMomentum is for finite strain and takes a "
+                "FiniteBody; for linear strain take MassRedistribution."
             )
         if not (self.bends or getattr(body.road, "flat", False)):
             raise ValueError(
                 "On a road that bends the steps of EnergyMomentum would gain energy; take LosslessContact."
             )
+        whole(0, halvings=halvings)
         self._given, self._options, self.halvings = body, options, halvings
         super().__init__(body, dt, **options)
         self.turned, self._rotations = TurnedSolver(self.solvers["step"]), LocalRotations(self.body)

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array
 
-from model.checks import is_tolerance, positive
+from checks import is_contact, is_tolerance, whole
 from model.curved.tangent_planes import RoadPlanes
 from model.finite_strain.definite import indefinite, shifted
 from model.finite_strain.system_forces import SystemForces
@@ -79,6 +79,7 @@ class FiniteContact:
     """
 
     def __init__(self, contact: Any, correction: str = "direct", tolerance: float = 1e-10):
+        is_contact(contact)
         system = contact.system
         if system.elastic is None:
             raise ValueError("FiniteContact is for forms.Hyperelasticity; linear strain takes model.solve.")
@@ -105,7 +106,7 @@ class FiniteContact:
         NotConverged
             If a load step does not converge however small; it says how far the path was followed.
         """
-        positive(steps=steps)
+        whole(1, steps=steps)
         *_, last = self.follow([1.0], 1.0 / steps)
         return last
 

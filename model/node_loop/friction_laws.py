@@ -30,6 +30,8 @@ from numba import carray, cfunc, njit, types
 from numba.extending import intrinsic
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
+import checks
+
 SIGNATURE = "float64(float64, float64, CPointer(float64))"
 
 
@@ -204,6 +206,7 @@ def friction_law(function: Any, coefficient: Any = 0.0, *parameters: Any) -> Fri
     >>> law.nodes(np.zeros(2), np.array([[0.0, 0.0], [3.0, 0.0]])).tolist()
     [[0.0, 0.5, 0.0], [0.0, 0.5, 2.0]]
     """
+    checks.function(function=function)
     more = list(signature(function).parameters)[3:]
     wanted = max(len(more) - 1, 0)
     if len(parameters) != wanted:
@@ -229,19 +232,17 @@ def _checked(name: str, values: Any) -> Any:
         return {key: _checked(name, value) for key, value in values.items()}
     if isinstance(values, list | tuple):
         return [_checked(name, value) for value in values]
-    try:
-        numbers = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {values!r}, but a friction coefficient is a number >= 0.") from None
-    wrong = ~(np.isfinite(numbers) & (numbers >= 0.0))
+    found = checks.numbers(name, values)
+    wrong = ~(np.isfinite(found) & (found >= 0.0))
     if wrong.any():
         raise ValueError(
-            f"{name} is {numbers[wrong].ravel()[0]}, but a friction coefficient is a finite number >= 0."
+            f"{name} is {found[wrong].ravel()[0]}, but a friction coefficient is a finite number >= 0."
         )
-    return numbers if numbers.ndim else float(numbers)
+    return found if found.ndim else float(found)
 
 
 def _require_order(mu_static: Any, mu_kinetic: Any) -> None:
+    mu_static, mu_kinetic = _checked("mu_static", mu_static), _checked("mu_kinetic", mu_kinetic)
     known = all(isinstance(mu, int | float | np.ndarray) for mu in (mu_static, mu_kinetic))
     if known and np.any(np.asarray(mu_kinetic) > mu_static):
         raise ValueError(f"mu_kinetic is {mu_kinetic}, but it must not exceed mu_static, {mu_static}.")
@@ -385,7 +386,7 @@ def stribeck(mu_static: Any, mu_kinetic: Any, speed: Any, viscosity: Any = 0.0) 
     (5.0, 3.0)
     """
     _require_order(mu_static, mu_kinetic)
-    if not callable(speed) and not np.all(np.asarray(speed, dtype=np.float64) > 0.0):
+    if not callable(speed) and not np.all(checks.numbers("speed", speed) > 0.0):
         raise ValueError(f"speed is {speed}, but the Stribeck speed is a finite number > 0.")
     return FrictionLaw(
         _stribeck_bound(),

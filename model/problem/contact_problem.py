@@ -13,8 +13,8 @@ from zipfile import BadZipFile
 import numpy as np
 from scipy.sparse import bsr_array, csr_array, issparse
 
+from checks import node_numbers, numbers
 from model.atomic_file import write_aside
-from model.checks import node_numbers
 from model.node_loop.friction_laws import FrictionLaw, as_law
 from model.tolerances import ON_ROAD
 
@@ -256,7 +256,7 @@ def _describe(A: Any) -> str:
 
 
 def _finite(name: str, values: np.ndarray) -> np.ndarray:
-    values = np.asarray(values, dtype=np.float64)
+    values = numbers(name, values)
     if not np.all(np.isfinite(values)):
         raise ValueError(f"{name} holds {values[~np.isfinite(values)][0]}, but every value must be finite.")
     return values

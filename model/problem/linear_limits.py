@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
+from checks import numbers, refused
+
 STRAIN = 0.05  # Green's strain e + e^2/2 differs from the linear e by 2.5 % there
 PACKAGE = str(Path(__file__).parents[1])  # a warning points to the line that called the package
 ROTATION = 0.1  # rad; a rotation by t counts as a stretch by t^2/2, 0.5 % there
@@ -43,7 +45,10 @@ def linear_limits(gradient: np.ndarray) -> tuple[float, float]:
     >>> round(strain, 9), round(rotation, 9)
     (0.0, 0.01)
     """
-    return _exceeded(gradient)[:2]
+    found = numbers("gradient", gradient)
+    if found.ndim != 3 or found.shape[1] != found.shape[2] or not np.isfinite(found).all():
+        raise refused("gradient", "finite numbers of shape (cells, d, d)", gradient)
+    return _exceeded(found)[:2]
 
 
 def _exceeded(gradient: np.ndarray) -> tuple[float, float, bool]:

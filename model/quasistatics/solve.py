@@ -3,14 +3,12 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
-from math import isfinite
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from model.checks import is_contact, is_tolerance
-from model.problem.contact_problem import ContactProblem
+from checks import finite, is_contact, is_tolerance
+from model.problem.contact_problem import ContactProblem, shaped
 from model.quasistatics import load_stepping
 from model.quasistatics.curved_contact import CurvedContact
 from model.ranks.solver_of import solver_of
@@ -178,8 +176,7 @@ def follow(
 
 def _time(time: Any) -> float:
     """Return a time as a float, or refuse what is no finite number (ValueError)."""
-    if not (isinstance(time, Real) and isfinite(time)):
-        raise ValueError(f"The time is {time!r}; give a finite number.")
+    finite(time=time)
     return float(time)
 
 
@@ -195,4 +192,4 @@ def _loads(
             yield (number if step is None else _time(step)), contact.system.load_at(times[-1])
         else:
             times.append(None)
-            yield number, np.asarray(step, dtype=np.float64)
+            yield number, shaped(f"The load of step {number}", step, contact.system.load.shape)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from model.checks import is_tolerance, positive
+from checks import is_tolerance, positive
 from model.node_loop.blocks import block_matrix, defect
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, length, place_on_road, stop_slip_that_turned

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from checks import instance, named, refused, whole
 from model.atomic_file import write_aside
 from model.dynamics.time_integrator import State, TimeIntegrator
 from model.node_loop.status import Status
@@ -65,9 +66,11 @@ class History:
         points: Mapping[str, int] | None = None,
         path: str | Path | None = None,
     ):
+        instance(TimeIntegrator, integrator=integrator)
+        instance(State, state=state)
         body = integrator.body
         self.integrator, self.ranks = integrator, body.ranks
-        self._held = {name: of_body(body, node) for name, node in (points or {}).items()}
+        self._held = {name: of_body(body, name, node) for name, node in named("points", points).items()}
         self.points = {name: agreed_number(body, name, node) for name, node in self._held.items()}
         candidates = body.contact_nodes
         self._candidate = {
@@ -247,8 +250,12 @@ class History:
             self._file = None
 
 
-def of_body(body: Any, node: int) -> int:
+def of_body(body: Any, name: str, node: int) -> int:
     """Return the node of the body that one of its mesh has become on this rank, -1 where it is not held."""
+    whole(-1, **{f"points[{name!r}]": node})
+    count = len(body.coordinates if body.node_of is None else body.node_of)
+    if node >= count:
+        raise refused(f"points[{name!r}]", f"the number of a node, 0 to {count - 1}", node)
     return int(node) if body.node_of is None or node < 0 else int(body.node_of[node])
 
 

@@ -1,11 +1,11 @@
 """Integration in time: steps behind a progress bar, recorded, with checkpoints on the way."""
 
 from collections.abc import Iterator
-from numbers import Integral
 from pathlib import Path
 
 from tqdm import tqdm
 
+from checks import instance, whole
 from model.dynamics.time_integrator import State, TimeIntegrator
 from model.recording.checkpoint import save_checkpoint
 from model.recording.energy_balance import GrowthWatch, Ledger
@@ -67,8 +67,9 @@ def integrate(
         Once, if the integrator has added more than a few per cent to the energy; without a history, where
         loads do not change.
     """
-    if not (isinstance(steps, Integral) and steps >= 0):
-        raise ValueError(f"steps is {steps!r}, but a number of steps is a whole number >= 0.")
+    instance(TimeIntegrator, integrator=integrator)
+    whole(0, steps=steps)
+    whole(1, every=every)
     if not isinstance(state, State):
         raise TypeError(
             f"The state is a {type(state).__name__}; give what integrator.start() or load_checkpoint returns."

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from model.checks import is_road
+from checks import is_road, not_negative
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
 from model.problem.varying_friction import placed
@@ -86,6 +86,8 @@ class BodyOnRoad:
                 "elasticity.system(load, support) returns."
             )
         is_road(road)
+        if reach is not None:
+            not_negative(reach=reach)
         nodes, area = system.candidates(facets, road)
         points = system.points[nodes]
         gap, normal, _ = road_at(road).closest(points)

@@ -19,6 +19,8 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.linalg import spsolve
 
+from checks import numbers, whole
+
 REAL = 1e-9  # of the patch's length: roots of the fit with a smaller imaginary part are real but for rounding
 
 
@@ -165,8 +167,15 @@ def contact_half_width(
     >>> [round(float(a), 9) for a in (patch.lower, patch.upper, patch.interpolated)]
     [1.0, 1.1, 1.05]
     """
+    whole(1, degree=degree)
+    x, pressure = numbers("x", x), numbers("pressure", pressure)
+    if not x.shape == pressure.shape == np.shape(in_contact) == (x.size,):
+        raise ValueError(
+            f"x, pressure and in_contact have the shapes {x.shape}, {pressure.shape} and "
+            f"{np.shape(in_contact)}; give one value a node."
+        )
     order = np.argsort(x)
-    x, pressure = np.asarray(x, dtype=float)[order], np.asarray(pressure, dtype=float)[order]
+    x, pressure = x[order], pressure[order]
     touching = np.flatnonzero(np.asarray(in_contact)[order])
     if touching.size == 0:
         raise ValueError("No node is in contact, so there is no patch to measure.")

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from checks import vector
 from model.one_rank import ONE_RANK
 
 CLOSED = 1e-6  # of the largest force, far above any tolerance: beyond it the load is not the solution's
@@ -101,9 +102,7 @@ def _in_space(vectors: np.ndarray) -> np.ndarray:
 def balance(contact: Any, solution: Any, about: Any = None, load: np.ndarray | None = None) -> Balance:
     """Return the sheet of a solution or a state of motion of a BodyOnRoad; see `BodyOnRoad.reactions`."""
     system, dim = contact.system, contact.points.shape[1]
-    about = np.zeros(dim) if about is None else np.asarray(about, dtype=float)
-    if about.shape != (dim,) or not np.isfinite(about).all():
-        raise ValueError(f"The moments are about {about}; give a point of {dim} finite numbers.")
+    about = np.zeros(dim) if about is None else vector("about", about, dim)
     if system.elastic is not None:
         raise ValueError("The sheet of forces is there for linear strain only.")
     loads = system.nodal_load(getattr(solution, "time", None), load)

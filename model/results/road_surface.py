@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from checks import is_road, numbers, refused
+
 CELLS = {2: 500, 3: 64}  # of the grid that the road is drawn from, along the longest side of the box: a pixel
 MARGIN = 0.1  # of that side, around what the road is drawn for
 
@@ -47,7 +49,7 @@ def road_surface(road: Any, around: np.ndarray, cells: int | None = None) -> Roa
     >>> bool(np.allclose(np.linalg.norm(surface.points, axis=1), 2.0))
     True
     """
-    around = np.asarray(around, dtype=float)
+    around = numbers("around", around)
     if around.ndim != 2 or around.shape[1] not in CELLS or not np.isfinite(around).all():
         raise ValueError(f"The road is drawn around points (n, 2) or (n, 3), all finite, not {around.shape}.")
     all_of_it = np.concatenate([around, road.closest(around)[2]])
@@ -90,17 +92,22 @@ def write_road(path: str | Path, road: Any, around: np.ndarray, times: Sequence[
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_road(f"{folder}/road.xdmf", Plane(), np.array([[0.0, 0.1], [1.0, 0.2]]))
     """
+    instants = numbers("times", times)
+    if instants.ndim != 1 or not np.isfinite(instants).all():
+        raise refused("times", "a list of finite numbers", times)
     from model.results.xdmf import FacetMesh, Series, write_xdmf
 
+    is_road(road)
     surface = road_surface(road.at(0.0) if hasattr(road, "at") else road, around)
     mesh = FacetMesh(surface.points, surface.facets)
     fields = {"height": surface.points[mesh.order, -1], "normal": surface.normal[mesh.order]}
-    if not len(times):
+    if not instants.size:
         write_xdmf(path, mesh, fields)
         return
     series = Series(path, mesh)
-    for time in times:
-        moved = road.carried(surface.points, 0.0, time) - surface.points
+    moves = hasattr(road, "at")
+    for time in instants.tolist():
+        moved = road.carried(surface.points, 0.0, time) - surface.points if moves else 0.0 * surface.points
         series.write(time, fields | {"displacement": moved[mesh.order]})
 
 

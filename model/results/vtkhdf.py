@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from checks import is_path
+
 
 def write_vtkhdf(path: str | Path) -> Path:
     """Write what NAME.xdmf holds, all its time steps, to NAME.vtkhdf (for ParaView 5.12 or newer).
@@ -37,7 +39,7 @@ def write_vtkhdf(path: str | Path) -> Path:
 
     from model.atomic_file import write_aside
 
-    path = Path(path)
+    path = is_path(path)
     if path.suffix != ".xdmf" or not path.exists():
         raise ValueError(f"There is no XDMF file {path}; write the result first.")
     target = path.with_suffix(".vtkhdf")

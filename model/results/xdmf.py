@@ -19,6 +19,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from checks import finite, is_path, named, numbers, refused, whole
 from model.atomic_file import check_writable, write_aside
 from model.results.gathered import gathered_if_shared
 
@@ -99,7 +100,9 @@ def on_body(count: int, nodes: np.ndarray, values: np.ndarray, elsewhere: float 
     >>> on_body(4, np.array([1, 2]), np.array([5.0, 6.0]))
     array([0., 5., 6., 0.])
     """
-    values = np.asarray(values)
+    whole(1, count=count)
+    finite(elsewhere=elsewhere)
+    values = numbers("values", values)
     field = np.full((count, *values.shape[1:]), float(elsewhere))
     field[nodes] = values
     return field
@@ -173,6 +176,8 @@ class Series:
     """
 
     def __init__(self, path: str | Path, body: HasMesh, resume_at: float | None = None):
+        if resume_at is not None:
+            finite(resume_at=resume_at)
         self._steps: list[str] = []
         self._mesh = ""
         self._whole = gathered_if_shared(body)
@@ -218,11 +223,14 @@ class Series:
         ValueError
             If a field does not fit the body or is not finite, or the files cannot be written.
         """
+        finite(time=time)
         if self._whole is not None:
             nodes, cells = self._whole.fields(nodes, cells or {})
             if self._whole.body is None:
                 return
         functions = self._writer.functions(nodes, cells or {})
+        if not functions:
+            raise refused("nodes", "a dictionary of one field or more", nodes)
         if not self._mesh:
             self._begin()
         count = len(self._steps)
@@ -263,6 +271,8 @@ class _Writer:
     """Arrays to dolfinx functions, and those to HDF5."""
 
     def __init__(self, body: HasMesh):
+        if not hasattr(body, "mesh"):
+            raise refused("body", "a Body, or a BodyOnRoad", body)
         self._mesh = body.mesh
         geometry = self._mesh.geometry
         cells = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
@@ -272,6 +282,7 @@ class _Writer:
 
     def functions(self, nodes: Fields, cells: Fields) -> list[Any]:
         """Check the fields and fill dolfinx functions with them."""
+        nodes, cells = named("nodes", nodes), named("cells", cells)
         both = sorted(set(nodes) & set(cells))
         if both:
             raise ValueError(f"The field {both[0]!r} is given for nodes and for cells; name each field once.")
@@ -281,7 +292,7 @@ class _Writer:
 
     def _function(self, name: str, values: np.ndarray, count: int, where: str) -> Any:
         """Fill the function of one field."""
-        values = np.asarray(values, dtype=float)
+        values = numbers(f"The field {name!r}", values)
         if not name.isidentifier():
             raise ValueError(f"The field name {name!r} must consist of letters, digits and underscores.")
         if values.shape[:1] != (count,) or values.ndim > 3:
@@ -344,7 +355,7 @@ class _Writer:
 
 def _xdmf(path: str | Path) -> Path:
     """Return a path that ends in .xdmf and can be written."""
-    path = Path(path)
+    path = is_path(path)
     if path.suffix != ".xdmf":
         raise ValueError(f"The name {path.name!r} must end in .xdmf.")
     check_writable(path)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from model.checks import is_tolerance, positive
+from checks import is_tolerance, positive
 from model.node_loop.blocks import block_matrix
 from model.node_loop.node_loop import NodeLoop, length
 from model.node_loop.status import Status

@@ -222,15 +222,15 @@ NOT_NEGATIVE = (NUMBERS, NEGATIVE)
 REFUSALS = [
     Refusal(lambda v: Isotropic(v, 0.3), "E ", NOT_POSITIVE),
     Refusal(lambda v: Isotropic(1.0, v), "nu", (NUMBERS, Between(0.5, 9.0), Between(-9.0, -1.0))),
-    Refusal(lambda v: rectangle(v, 1.0, 2, 2), "sides", NOT_POSITIVE),
-    Refusal(lambda v: rectangle(1.0, v, 2, 2), "sides", NOT_POSITIVE),
-    Refusal(lambda v: rectangle(1.0, 1.0, v, 2), "cells", (Whole(-9, 0), NUMBERS, Between(0.1, 0.9))),
+    Refusal(lambda v: rectangle(v, 1.0, 2, 2), "width", NOT_POSITIVE),
+    Refusal(lambda v: rectangle(1.0, v, 2, 2), "height", NOT_POSITIVE),
+    Refusal(lambda v: rectangle(1.0, 1.0, v, 2), "columns", (Whole(-9, 0), NUMBERS, Between(0.1, 0.9))),
     Refusal(
         lambda v: rectangle(1.0, 1.0, 2, 2, distortion=v), "distortion", (*NOT_NEGATIVE, Between(0.5, 9.0))
     ),
     Refusal(lambda v: rectangle(1.0, 1.0, 2, 2, corner=(v, 0.0)), "corner", (NUMBERS,)),
-    Refusal(lambda v: ring(v, 0.1), "radii", NOT_POSITIVE),
-    Refusal(lambda v: ring(1.0, v), "radii", (*NOT_POSITIVE, Between(1.0, 9.0))),
+    Refusal(lambda v: ring(v, 0.1), "outer", NOT_POSITIVE),
+    Refusal(lambda v: ring(1.0, v), "inner", (*NOT_POSITIVE, Between(1.0, 9.0))),
     Refusal(lambda v: ring(1.0, 0.5, v), "around", (Whole(-9, 5), OneOf((7, 9, 61)))),
     Refusal(lambda v: half_cylinder(v), "radius", NOT_POSITIVE),
     Refusal(lambda v: half_cylinder(1.0, v), "columns", (Whole(-9, 3), OneOf((5, 41)))),
