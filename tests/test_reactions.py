@@ -70,7 +70,7 @@ def test_a_load_that_the_system_does_not_know_is_given():
     with pytest.raises(ValueError, match="do not balance .*load="):
         contact.reactions(half)
     assert contact.reactions(half, load=0.5 * load).force["contact"] == pytest.approx([0, 1], abs=1e-9)
-    with pytest.raises(ValueError, match="point of 2 finite"):
+    with pytest.raises(ValueError, match="about is .* must be 2 finite"):
         contact.reactions(half, about=(0, 0, 0))
 
 
