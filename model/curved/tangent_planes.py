@@ -242,6 +242,11 @@ def softness(loop: Any) -> np.ndarray:
     return 1.0 / np.einsum("caa->ca", loop.diagonal[loop.nodes]).mean(axis=1)
 
 
+def at_anchors(loop: Any, status: np.ndarray) -> np.ndarray:
+    """Statuses (n,) for the planes: nodes prescribed in part, if they stick, are not at their anchors."""
+    return np.where(loop.given.any(axis=1), np.minimum(status, Status.SLIP), status)
+
+
 def _working(
     in_contact: np.ndarray,
     gap: np.ndarray,

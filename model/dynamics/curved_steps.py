@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from model.curved.tangent_planes import RoadPlanes, softness
+from model.curved.tangent_planes import RoadPlanes, at_anchors, softness
 from model.dynamics.contact_update import forget_rounding
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator, Touch
@@ -65,7 +65,7 @@ class FollowsRoad(TimeIntegrator):
             pressure = np.einsum("ca,ca->c", planes.normal, touch.force)
             steady = 10 * self.tolerance * (step.loop.load_size + length(touch.force))
             at = guessed + touch.increment[nodes]
-            if planes.follow(at, touch.status, np.maximum(pressure, 0.0), steady):
+            if planes.follow(at, at_anchors(step.loop, touch.status), np.maximum(pressure, 0.0), steady):
                 return replace(touch, gap=np.where(touch.status == Status.FREE, planes.gap, 0.0))
             last = replace(before, status=touch.status)
         raise self._off(planes)

@@ -97,9 +97,10 @@ class NodeLoop:
         self.part = np.where(self.cannot_move, 1.0, part)
         self.frame = frames(np.where(self.cannot_move[:, None], self.normal, free / self.part[:, None]))
         self.block = np.einsum("cab,cbe,cfe->caf", self.frame, self.diagonal[self.nodes], self.frame)
-        # who is prescribed in part and free obliquely to the road, by more than rounding; who along a line
+        # who is prescribed in part and free obliquely to the road, by more than rounding; who is free along a
+        # line alone
         self.oblique = self.given.any(axis=1) & ~self.cannot_move & (self.part < 1.0 - 1e-12)
-        self.guided = self.oblique & (self.given.sum(axis=1) == self.shape[1] - 1)
+        self.guided = (self.given.sum(axis=1) == self.shape[1] - 1) & ~self.cannot_move
 
     def put_springs(self, springs: np.ndarray | None) -> None:
         """Hold candidates by springs (n, d, d), or take them away; A and what is made from it follow.
@@ -137,9 +138,10 @@ class NodeLoop:
         and the support bears what is across d. A node that does not slip gets no friction: any within the
         cone would do, for the support bears the rest. Where friction would jam it, p < 0, it gets none.
         """
-        slip = along_road(slip, self.normal)
+        rounding = 16 * np.finfo(np.float64).eps * np.linalg.norm(slip, axis=1)
+        slip = along_road(np.where(self.oblique[:, None] | self.given, slip, 0.0), self.normal)
         size = np.linalg.norm(slip, axis=1)
-        rubs = np.flatnonzero(self.guided & (pressure > 0.0) & (size > 0.0))
+        rubs = np.flatnonzero(self.guided & (pressure > 0.0) & (size > rounding))
         friction = self.coefficient[rubs, None] * slip[rubs] / size[rubs, None]
         along = np.einsum("ca,ca->c", self.frame[rubs, 0], friction)
         holds = along < self.part[rubs]

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from model.curved.tangent_planes import RoadPlanes, softness
+from model.curved.tangent_planes import RoadPlanes, at_anchors, softness
 from model.node_loop.status import Status
 from model.quasistatics.approach import AWAY, LONG, CarriedOff, approach
 from model.quasistatics.descent import Descent
@@ -247,7 +247,7 @@ class CurvedContact:
                 steady = np.inf if nothing_to_do else 10 * tolerance * scale
                 if planes.follow(
                     points + u[nodes],
-                    status,
+                    at_anchors(loop, status),
                     solution.pressure_force,
                     steady if over else -1.0,
                     solution.contact_force,
