@@ -228,6 +228,18 @@ def test_a_guided_node_rubs_against_its_way(height):
     assert f == pytest.approx(p * (n - 0.3 * way), rel=1e-9)
 
 
+def test_a_node_guided_across_the_road_rubs_where_its_support_moves_it():
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4)), Isotropic(E=1e3, nu=0.3))
+    support = Support(elasticity.body).fix("left", x=0.1)
+    system = elasticity.system(elasticity.body_force((0.0, -2.0)), support)
+    pressed = BodyOnRoad(system, "bottom", Plane(), friction=0.3)
+    solution = solve(pressed)
+    corner = int(np.argmin(pressed.points[:, 0]))
+    p = solution.pressure_force[corner]
+    assert p > 0.0
+    assert solution.contact_force[corner] == pytest.approx(p * np.array([-0.3, 1.0]), rel=1e-9)
+
+
 def test_a_guided_node_rubs_in_time_too_and_moving_supports_bear_it():
     elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4)), Isotropic(E=1e3, nu=0.3))
     support = Support(elasticity.body).fix("left", x=lambda t: 0.1 * t)

@@ -371,12 +371,17 @@ class RigidModes:
         scale = max(float(np.abs(gap).max()), float(np.abs(work @ way).max()))
         return (self.modes @ modes @ nearest_admissible(way, work, gap, scale)).reshape(b.shape)
 
-    def driven(self, b: np.ndarray, normal: np.ndarray, mu: Any, near: np.ndarray) -> np.ndarray:
+    def driven(
+        self, b: np.ndarray, normal: np.ndarray, mu: Any, near: np.ndarray, slip: np.ndarray
+    ) -> np.ndarray:
         """The motion (m,) into which a load (N, d) of size 1 drives the body that the nodes `near` (n,) hold.
 
-        Zero where they balance the load.
+        Zero where they balance the load. Friction opposes a node's `slip` (n, d), unless it is zero.
         """
-        work = self._work(normal, mu)
+        edges, size = _cone_edges(normal, mu), np.linalg.norm(slip, axis=1, keepdims=True)
+        against = normal - np.reshape(mu, (-1, 1)) * slip / np.where(size > 0.0, size, 1.0)
+        edges = np.where(size > 0.0, against, edges)
+        work = np.einsum("ecd,cdm->ecm", edges, self.at(self.nodes)).reshape(-1, self.count)
         return self._unbalanced(b, work[np.tile(near, len(work) // near.size)], BALANCE)[0]
 
     def holding(self, b: np.ndarray, normal: np.ndarray, near: np.ndarray) -> np.ndarray:

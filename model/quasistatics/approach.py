@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from model.node_loop.node_loop import along_road
 from model.problem.nonnegative import nearest_admissible
 from model.problem.rigid_modes import RigidModes
 
@@ -43,6 +44,7 @@ def approach(
     rigid: RigidModes,
     b: np.ndarray,
     mu: Any,
+    anchor: np.ndarray,
     size: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Move a body as a rigid one until it rests on a road.
@@ -57,6 +59,8 @@ def approach(
         Load.
     mu : float or (n,)
         Coefficient of friction.
+    anchor : (n, d)
+        Points of the road where the candidates stick.
     size : float
         Of the body.
 
@@ -78,7 +82,9 @@ def approach(
     for _ in range(STEPS):
         touching = min(touching, TRUE * step)
         near = gap <= touching
-        left = rigid.driven(b, normal, mu, near)
+        slip = along_road(points + modes @ q - gap[:, None] * normal - anchor, normal)
+        slip[np.linalg.norm(slip, axis=1) <= touching] = 0.0
+        left = rigid.driven(b, normal, mu, near, slip)
         if not left.any() and gap.min() > -SMALL * size:
             if touching < FINE * size:
                 break

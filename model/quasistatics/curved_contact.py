@@ -126,7 +126,7 @@ class CurvedContact:
         status = np.zeros(len(self.points)) if status is None else np.asarray(status)
         settle = partial(self._settle, road, self.points + reference, load, tolerance, marks, options)
         gone: CarriedOff | None = None
-        for begin in self._beginnings(road, u, load, status):
+        for begin in self._beginnings(road, road.closest(self.points + reference)[2], u, load, status):
             if isinstance(begin, CarriedOff):
                 gone = gone or begin
                 continue
@@ -140,7 +140,9 @@ class CurvedContact:
         assert gone is not None
         raise gone
 
-    def _beginnings(self, road: Any, u: np.ndarray, load: np.ndarray, status: np.ndarray) -> Iterator[Any]:
+    def _beginnings(
+        self, road: Any, anchor: np.ndarray, u: np.ndarray, load: np.ndarray, status: np.ndarray
+    ) -> Iterator[Any]:
         """Where to begin, one after the other as long as the load carries the body off: u, pressures, status.
 
         From where it is on the road; from where it would rest if it were rigid; and from where it was put,
@@ -151,7 +153,7 @@ class CurvedContact:
             yield u, np.where(status > 0, self.pressure, 0.0), status
             u = np.zeros_like(u)
         try:
-            motion, held = self._let_go(road, u, load)
+            motion, held = self._let_go(road, anchor, u, load)
         except CarriedOff as gone:
             yield gone
         else:
@@ -159,14 +161,16 @@ class CurvedContact:
                 yield u + motion, held, np.where(held > 0.0, Status.SLIP, Status.FREE)
         yield u, nothing, nothing
 
-    def _let_go(self, road: Any, u: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _let_go(
+        self, road: Any, anchor: np.ndarray, u: np.ndarray, load: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """The motion (N, d) to where the body at u would rest if it were rigid, and pressures (n,) there."""
         rigid, friction, nothing = self.rigid, self.solver.loop.friction, np.zeros(len(self.points))
         if rigid is None or rigid.count == 0:
             return np.zeros_like(u), nothing
         at = self.points + u[rigid.nodes]
         mu = 0.0 if friction is None else self.solver.loop.told(nothing, at)[:, 1]
-        return approach(road, at, rigid, load, mu, self.size)
+        return approach(road, at, rigid, load, mu, anchor, self.size)
 
     def _settle(
         self,
