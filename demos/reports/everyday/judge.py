@@ -24,6 +24,7 @@ DRIVEN = 1e-7  # power of a unit of load in a rigid motion of unit size, beyond 
 NOT_MOVED = 1e-6  # of the load: motions below it are what the conic solver leaves of none
 FINEST = 1e-5  # of a step: nodes on whose holding a body is said to rest are as near to the road
 LANDINGS = 100  # nodes that may arrive one after the other
+DEEP = 0.1  # of a step: a node so far below the road shows that the step was too long for its planes
 ROAD_STEPS, FAR = 1000, 100.0  # of a body let go on a road: at most, and sizes that are far
 CLOSE = 1e3  # elastic displacements within which a node may touch
 
@@ -214,11 +215,20 @@ def _minimum(
     P: Any, q: np.ndarray, rows: Any, right: np.ndarray, cones: list
 ) -> tuple[float, np.ndarray, bool]:
     """Return the least 1/2 x.P x + q.x over rows x + s = right, s in the cones, x, and if it was found."""
+    found = _solution(P, q, rows, right, cones)
+    return found.obj_val, np.array(found.x), _is_good(found)
+
+
+def _solution(P: Any, q: np.ndarray, rows: Any, right: np.ndarray, cones: list) -> Any:
+    """Return what Clarabel finds: x, z (the multipliers of the rows), obj_val and a status."""
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1
-    found = clarabel.DefaultSolver(triu(P, format="csc"), q, csc_array(rows), right, cones, settings).solve()
-    return found.obj_val, np.array(found.x), str(found.status) in ("Solved", "AlmostSolved")
+    return clarabel.DefaultSolver(triu(P, format="csc"), q, csc_array(rows), right, cones, settings).solve()
+
+
+def _is_good(found: Any) -> bool:
+    return str(found.status) in ("Solved", "AlmostSolved")
 
 
 def _frames(normal: np.ndarray) -> np.ndarray:
@@ -324,7 +334,9 @@ def prescribed_below(posed: Posed, road: Any, points: np.ndarray) -> bool:
 def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
     """Tell whether the load carries a body, let go, far off along a road that is not flat.
 
-    Likewise, in short steps: nodes on the road within their friction cones, the others above their planes.
+    Likewise, in steps that are short enough for the planes to be true: nodes on the road within their friction
+    cones, or, where they have left the point they stuck to, with friction against the way from there; the others
+    above their planes.
     """
     Z, d = free_motions(posed), posed.b.shape[1]
     m, strength = Z.shape[1], float(np.linalg.norm(posed.b))
@@ -336,15 +348,24 @@ def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
         Z.T @ posed.b.ravel() / strength,
         float(np.ptp(posed.coordinates, axis=0).max()),
     )
-    first, net, touching = float(np.abs(road.closest(points)[0]).max()), 0.0, 1e-2
+    first, net, touching, part = float(np.abs(road.closest(points)[0]).max()), 0.0, 1e-2, 1.0
+    anchor = road.closest(points)[2]
+    gap, normal, foot = road.closest(points)
     for _ in range(ROAD_STEPS):
-        gap, normal, _ = road.closest(points + at @ q)
-        step = 0.05 * (size + net)
+        step = 0.05 * part * (size + net)
         local = np.einsum("cta,cam->ctm", _frames(normal), at)
         near, reach = gap <= touching * step, gap <= 4 * step
-        held = [-np.concatenate([part[:1], posed.mu * part[1:]]) for part in local[near]]
-        cones = [clarabel.SecondOrderConeT(d) for _ in held] + [clarabel.ZeroConeT(1)]
-        rows = csr_array(np.concatenate([*held, np.zeros((1, m))]))
+        slip = _along(foot - anchor, normal)
+        slid = np.linalg.norm(slip, axis=1)
+        held, cones = [np.zeros((1, m))], [clarabel.ZeroConeT(1)]
+        for c in np.flatnonzero(near):
+            if slid[c] <= touching * step:
+                held.append(-np.concatenate([local[c, :1], posed.mu * local[c, 1:]]))
+                cones.append(clarabel.SecondOrderConeT(d))
+            else:
+                held.append(-(normal[c] - posed.mu * slip[c] / slid[c])[None] @ at[c])
+                cones.append(clarabel.NonnegativeConeT(1))
+        rows = csr_array(np.concatenate(held))
         _, drive, found = _minimum(csc_array(np.eye(m)), -load, rows, np.zeros(rows.shape[0]), cones)
         if not found or np.linalg.norm(drive) < NOT_MOVED:
             if not found or touching < FINEST:
@@ -357,9 +378,11 @@ def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
         cones = [clarabel.NonnegativeConeT(len(right) + 1)]
         rows, right = csr_array(np.vstack([rows, np.zeros((1, m))])), np.append(right, 1.0)
         _, x, found = _minimum(csc_array(np.eye(m)), -way / unit, rows, right, cones)
-        if not found:
-            return False
-        q = q + unit * x
+        there = road.closest(points + at @ (q + unit * x))
+        if not found or there[0].min() < min(-DEEP * step, 0.5 * gap.min()):
+            part /= 2.0
+            continue
+        q, part, (gap, normal, foot) = q + unit * x, min(2.0 * part, 1.0), there
         net = float(np.abs(at @ q).max())
         if net > FAR * (size + first):
             return True
@@ -367,37 +390,61 @@ def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
 
 
 def gives_way(posed: Posed, road: Any, points: np.ndarray) -> bool:
-    """Tell whether an elastic body without friction, let go on a road that is not flat, ends far off.
+    """Tell whether an elastic body, let go on a road that is not flat, ends far off.
 
     Likewise, but what falls is the energy of the elastic body, so that one which the road would hold if it were
-    rigid may yield and slide off. In each step no unknown moves farther than a part of the size.
+    rigid may yield and slide off. In each step no unknown moves farther than a part of the size, and friction
+    has the bounds that the pressures of the last step give.
     """
     strength, keep = float(np.linalg.norm(posed.b)), np.flatnonzero(~posed.prescribed)
-    if posed.mu or strength == 0.0:
+    if strength == 0.0:
         return False
     A, u = csr_array(posed.A), np.zeros(posed.b.size)
     size = float(np.ptp(posed.coordinates, axis=0).max())
     first, d = float(np.abs(road.closest(points)[0]).max()), posed.b.shape[1]
-    columns, number = posed.nodes[:, None] * d + np.arange(d), np.arange(posed.nodes.size)
+    columns = posed.nodes[:, None] * d + np.arange(d)
+    anchor, bound = road.closest(points)[2], np.zeros(posed.nodes.size)
     fixed = posed.prescribed
     u[fixed] = posed.b.ravel()[fixed] / A.diagonal()[fixed]
+
+    def rows_along(some: np.ndarray, ways: np.ndarray) -> csr_array:
+        """Of some nodes (k,), what unknowns that are free do along ways (k, d)."""
+        at = columns[some].ravel()
+        return csr_array(
+            (ways.ravel(), (np.repeat(np.arange(some.size), d), at)), shape=(some.size, u.size)
+        )[:, keep]
+
     box = csr_array(np.concatenate([np.eye(keep.size), -np.eye(keep.size)]))
     for _ in range(ROAD_STEPS):
         net = float(np.abs(u).max())
         step = 0.05 * (size + net)
-        gap, normal, _ = road.closest(points + u.reshape(posed.b.shape)[posed.nodes])
-        near = gap <= 4 * step
-        across = csr_array(
-            (normal[near].ravel(), (np.repeat(number[: near.sum()], d), columns[near].ravel())),
-            shape=(int(near.sum()), u.size),
-        )[:, keep]
+        at = points + u.reshape(posed.b.shape)[posed.nodes]
+        gap, normal, _ = road.closest(at)
+        near, rubs = np.flatnonzero(gap <= 4 * step), np.flatnonzero(bound > 0.0)
+        frame, k = _frames(normal), rubs.size
+        rows = vstack([-rows_along(near, normal[near]), box], format="csr")
+        blocks, right = (
+            [[rows, csr_array((rows.shape[0], k))]],
+            [np.maximum(gap[near] / step, -1.0), np.ones(2 * keep.size)],
+        )
+        cones = [clarabel.NonnegativeConeT(rows.shape[0])]
+        slip = np.einsum("cta,ca->ct", frame, at - anchor) / step
+        for j, c in enumerate(rubs):
+            blocks.append([csr_array((1, keep.size)), csr_array(([-1.0], ([0], [j])), shape=(1, k))])
+            blocks.append([-rows_along(np.full(d - 1, c), frame[c, 1:]), csr_array((d - 1, k))])
+            right += [[0.0], slip[c, 1:]]
+            cones.append(clarabel.SecondOrderConeT(d))
         missing = (posed.b.ravel() - A @ u)[keep] / strength
-        right = np.concatenate([np.maximum(gap[near] / step, -1.0), np.ones(2 * keep.size)])
-        rows = vstack([-across, box], format="csr")
         P = csc_array(A[keep][:, keep]) * (step / strength)
-        _, x, found = _minimum(P, -missing, rows, right, [clarabel.NonnegativeConeT(right.size)])
-        if not found or np.abs(x).max() < NOT_MOVED:
+        P = block_array([[P, None], [None, csc_array((k, k))]]) if k else P
+        q = np.concatenate([-missing, bound[rubs]])
+        rows = block_array(blocks) if k else rows
+        found = _solution(P, q, rows, np.concatenate(right), cones)
+        x = np.array(found.x)[: keep.size]
+        if not _is_good(found) or np.abs(x).max() < NOT_MOVED:
             return False
+        bound[:] = 0.0
+        bound[near] = posed.mu * np.array(found.z)[: near.size]
         u[keep] += step * x
         if net > FAR * (size + first):
             return True
