@@ -409,10 +409,8 @@ def gives_way(posed: Posed, road: Any, points: np.ndarray) -> bool:
 
     def rows_along(some: np.ndarray, ways: np.ndarray) -> csr_array:
         """Of some nodes (k,), what unknowns that are free do along ways (k, d)."""
-        at = columns[some].ravel()
-        return csr_array(
-            (ways.ravel(), (np.repeat(np.arange(some.size), d), at)), shape=(some.size, u.size)
-        )[:, keep]
+        row, at = np.repeat(np.arange(some.size), d), columns[some].ravel()
+        return csr_array((ways.ravel(), (row, at)), shape=(some.size, u.size))[:, keep]
 
     box = csr_array(np.concatenate([np.eye(keep.size), -np.eye(keep.size)]))
     for _ in range(ROAD_STEPS):
