@@ -47,7 +47,7 @@ from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import RigidModes
 from model.quasistatics.curved_contact import CurvedContact
 from model.results.body_on_road import BodyOnRoad
-from model.solvers.galerkin_coarsening import Level, coarsen, nodal_prolongation
+from model.solvers.galerkin_coarsening import Level, coarsen, prolongation
 from model.solvers.smoothed_aggregation import algebraic
 from model.solvers.truncated_multigrid import Cycle, bsr
 
@@ -192,7 +192,7 @@ def test_repaired_coarse_matrices_equal_products():
     loop = NodeLoop(block_matrix(problem.A), problem.contact_nodes, problem.normal, None)
     levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
     for weights in problem.prolongations:
-        levels.append(coarsen(levels[-1], nodal_prolongation(weights), weights.shape[1]))
+        levels.append(coarsen(levels[-1], prolongation(weights), weights.shape[1]))
     cycle = Cycle(levels)
     held = problem.contact_nodes[:7]
     T, L = (np.tile(np.eye(d), (N, 1, 1)) for _ in range(2))

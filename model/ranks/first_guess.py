@@ -14,6 +14,7 @@ from model.ranks.shared_levels import SharedCycle, SharedLevel
 from model.ranks.shared_problem import SharedProblem
 from model.solvers.contact_solver import ContactSolver
 from model.solvers.convergence_record import NotConverged
+from model.solvers.galerkin_coarsening import interpolate
 from model.solvers.truncated_multigrid import NESTED
 
 EXACT = 1e-6  # natural residual of a small mesh: it must have found the nodes that hold the body
@@ -138,7 +139,7 @@ class FirstGuess:
         fine, d, r = self.fine, u.shape[1], loop.R
         r[loop.nodes] -= loop.force
         b = np.zeros((self.weights.shape[1], d))
-        fine.transfers.restrict(fine.P, fine.children, r, b)
+        interpolate(fine.R, r, b)
         self.exchange.add(b)
         gap = loop.gaps(u, status)
         way = loop.sticking_place(self.copies) - u[loop.nodes[self.copies]]
@@ -149,7 +150,7 @@ class FirstGuess:
                 e, found = self.gathered.solve(b, gap[self.copies], self.normal, way, told)
             elif self.solver is not None:
                 e, found = self.solver.guess(b, gap[self.copies], way, told, NESTED)
-        fine.transfers.prolong(fine.P, e, u)
+        interpolate(fine.P, e, u)
         loop.prescribe(loop.b, u[: len(loop.b)])
         marks = np.zeros((len(e), 2))
         left = gap[self.copies] + np.einsum("ca,ca->c", loop.frame[self.copies, 0], e[self.nodes])

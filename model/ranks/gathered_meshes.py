@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import bsr_array, csr_array
 
 from model.node_loop.blocks import BlockMatrix, diagonal_blocks, diagonal_positions, generalised_inverses
-from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, nodal_prolongation, recompute
+from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, prolongation, recompute
 from model.solvers.truncated_multigrid import Cycle
 
 SMALL = 3_000  # unknowns: a sweep over them takes no longer than what ranks would tell each other meanwhile
@@ -118,7 +118,7 @@ class GatheredCycle:
         if self._cycle is None:
             levels = [finest]
             for weights in self.prolongations:
-                levels.append(coarsen(levels[-1], nodal_prolongation(weights), weights.shape[1]))
+                levels.append(coarsen(levels[-1], prolongation(weights), weights.shape[1]))
             self._cycle = Cycle(levels)
             return
         for fine, coarse in pairwise(self._cycle.levels):

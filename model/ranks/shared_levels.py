@@ -25,8 +25,9 @@ from model.ranks.gathered_meshes import GatheredCycle, WholeMesh, first_small
 from model.solvers.galerkin_coarsening import (
     columns_of,
     galerkin_product,
-    nodal_prolongation,
-    transfers,
+    interpolate,
+    multiply,
+    prolongation,
     transposed,
 )
 from model.solvers.truncated_multigrid import projected_inverses
@@ -114,10 +115,10 @@ class SharedLevel:
         ids : (coarse nodes,)
             Numbers that all ranks agree on.
         """
-        self.P, self.transfers, coarse = P, transfers(self.d, self.d, True), len(ids)
-        indptr = P.indptr[: self.exchange.owned + 1]
-        self.children = transposed(BlockMatrix(indptr, P.indices[: int(indptr[-1])], P.data), coarse)
-        self.product = galerkin_product(self.transfers, self.A, P, self.children, self.held, self.T, self.T)
+        indptr, coarse = P.indptr[: self.exchange.owned + 1], len(ids)
+        count = int(indptr[-1])
+        self.P, self.R = P, transposed(BlockMatrix(indptr, P.indices[:count], P.data[:count]), coarse)
+        self.product = galerkin_product(self.A, P, self.R, self.held, self.T, self.T)
         self.shares = Shares(self.product, exchange, ids)
         self.shares.sum(self.product, np.ones(coarse, dtype=bool))
         self.coarser = SharedLevel(self.shares.own_rows(self.product), exchange, coarse)
@@ -125,10 +126,7 @@ class SharedLevel:
 
     def _multiply(self, touched: np.ndarray) -> None:
         """Compute the coarse rows that all ranks mark as touched (coarse nodes,); collective."""
-        rows = np.flatnonzero(touched)
-        self.transfers.galerkin_rows(
-            self.A, self.P, self.children, rows, self.product, self.held, self.T, self.T, False
-        )
+        multiply(self, self.product, np.flatnonzero(touched), self.T)
         self.shares.sum(self.product, touched)
 
     def recompute(self, fine: np.ndarray) -> np.ndarray:
@@ -293,7 +291,7 @@ class SharedCycle:
         supported = np.flatnonzero(fixed.any(axis=1))
         finest.hold(supported, np.eye(finest.d) * ~fixed[supported, :, None])
         for weights, exchange, numbers in zip(prolongations[:shared], exchanges, ids):
-            levels.append(levels[-1].coarsen(nodal_prolongation(weights), exchange, numbers))
+            levels.append(levels[-1].coarsen(prolongation(weights), exchange, numbers))
         meshes = [
             WholeMesh(exchange, weights.shape[1]) for weights, exchange in zip(prolongations, exchanges)
         ]
@@ -335,9 +333,10 @@ class SharedCycle:
         coarser = self.levels[number + 1]
         level.sweep_from_zero(r)
         level.project(level.rest)
-        level.transfers.restrict(level.P, level.children, level.rest, coarser.load)
+        coarser.load[:] = 0.0
+        interpolate(level.R, level.rest, coarser.load)
         coarser.exchange.add(coarser.load)
-        level.transfers.prolong(level.P, self(coarser.load, number + 1), level.z)
+        interpolate(level.P, self(coarser.load, number + 1), level.z)
         level.project(level.z)
         level.backward_sweep(r)
         return level.z

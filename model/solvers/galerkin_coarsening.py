@@ -2,58 +2,39 @@
 
 Prolongations, Galerkin products, and their repair when a few nodes change.
 
-A prolongation gives the unknowns of a fine node from those of coarse ones: by scalar weights (m,) where each
-component is interpolated alike, else by blocks (m, d, c); the coarse matrix is P^T A P. Where contact or a
-support holds a node, T P takes the place of its rows P, T the projector onto what is free (Kornhuber 1994;
+A prolongation P gives the unknowns of a fine node from those of coarse ones: by scalar weights (m,) where
+each component is interpolated alike, else by blocks (m, d, c); the coarse matrix is P^T A P. Where contact or
+a support holds a node, T P takes the place of its rows P, T the projector onto what is free (Kornhuber 1994;
 Graeser and Kornhuber 2009), and only the rows of the coarse matrices that see a changed node are computed
 anew.
 """
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit
-from scipy.sparse import csr_array
 
 from model.node_loop.block_arithmetic import add_scaled
-from model.node_loop.blocks import (
-    FUSED,
-    BlockMatrix,
-    diagonal_positions,
-    flat,
-    generalised_inverses,
-)
+from model.node_loop.blocks import FUSED, BlockMatrix, diagonal_positions, flat, generalised_inverses
 from model.node_loop.prefetch import prefetch
-
-
-class Children(NamedTuple):
-    """The transpose of a prolongation.
-
-    Fine rows `row` and positions `entry` in P.data, by coarse node through `indptr`.
-    """
-
-    indptr: np.ndarray
-    row: np.ndarray
-    entry: np.ndarray
 
 
 @dataclass
 class Level:
     """One mesh of the hierarchy.
 
-    Its matrix, inverses and positions of the diagonal blocks, and the way to the next coarser mesh. Nodes
-    that are `held` (N,) move within the ranges of their projectors T (N, d, d), and what is missing there
-    counts as their tests L (N, d, d) take it; of others neither is read.
+    Its matrix, inverses and positions of the diagonal blocks, and the way to the next coarser mesh, P, and
+    back, R = P^T. Nodes that are `held` (N,) move within the ranges of their projectors T (N, d, d), and what
+    is missing there counts as their tests L (N, d, d) take it; of others neither is read.
     """
 
     A: BlockMatrix
     inverse: np.ndarray
     middle: np.ndarray
     P: Any = None
-    children: Any = None
-    transfers: Any = None
+    R: Any = None
     held: Any = None
     T: Any = None
     L: Any = None
@@ -70,129 +51,148 @@ class Level:
         self.L[nodes] = projectors if tests is None else tests
 
 
-def nodal_prolongation(P: Any) -> BlockMatrix:
-    """Take scalar weights (N, N_coarse): each component is interpolated alike."""
-    P = csr_array(P)
+def prolongation(P: Any) -> BlockMatrix:
+    """Hand a prolongation to compiled code: scalar weights (N, N_coarse), or a `bsr_array` of blocks."""
     P.sort_indices()
-    return BlockMatrix(P.indptr.astype(np.uint64), P.indices.astype(np.uint32), P.data.astype(np.float64))
+    data = np.ascontiguousarray(P.data, dtype=np.float64)
+    return BlockMatrix(P.indptr.astype(np.uint64), P.indices.astype(np.uint32), data)
+
+
+def transposed(P: BlockMatrix, coarse: int) -> BlockMatrix:
+    """The transpose of a prolongation from so many coarse nodes."""
+    indptr, rows, entries = by_column(P.indptr, P.indices, coarse)
+    data = P.data[entries]
+    return BlockMatrix(indptr, rows, data if data.ndim == 1 else np.ascontiguousarray(data.swapaxes(1, 2)))
 
 
 @njit(cache=True, error_model="numpy")
-def transposed(P, coarse):
-    """Sort the entries of P by column, of which there are `coarse`."""
-    indptr = np.zeros(coarse + 1, dtype=np.uint64)
-    for J in P.indices:
-        indptr[J + 1] += np.uint64(1)
-    for J in range(coarse):
-        indptr[J + 1] += indptr[J]
-    row, entry, free = np.empty_like(P.indices), np.empty_like(P.indices), indptr[:-1].copy()
-    for i in range(P.indptr.size - 1):
-        for e in range(P.indptr[i], P.indptr[i + 1]):
-            J = P.indices[e]
+def by_column(indptr, indices, columns):
+    """Sort the entries of a sparse matrix by column: where these begin, rows, and positions."""
+    begin = np.zeros(columns + 1, dtype=np.uint64)
+    for J in indices:
+        begin[J + 1] += np.uint64(1)
+    begin = np.cumsum(begin)
+    row, entry, free = np.empty_like(indices), np.empty_like(indices), begin[:-1].copy()
+    for i in range(indptr.size - 1):
+        for e in range(indptr[i], indptr[i + 1]):
+            J = indices[e]
             row[free[J]], entry[free[J]] = i, e
             free[J] += np.uint64(1)
-    return Children(indptr, row, entry)
+    return begin, row, entry
 
 
-class Transfers(NamedTuple):
-    """Compiled for blocks (d, c): Galerkin products row by row, r_coarse = P^T r, and u += P u_coarse."""
-
-    galerkin_rows: Any
-    restrict: Any
-    prolong: Any
+def interpolate(W: BlockMatrix, x: np.ndarray, y: np.ndarray) -> None:
+    """Do y += W x, for a prolongation W or its transpose."""
+    interpolation(y.shape[1], x.shape[1], W.data.ndim == 1)(W, x, y)
 
 
 @lru_cache
-def transfers(d: int, c: int, scalar: bool) -> Transfers:
-    """Compile the transfers between blocks of size d on the fine and c on the coarse mesh.
+def interpolation(d: int, c: int, scalar: bool) -> Any:
+    """Compile `interpolate` for blocks (d, c) or scalar weights; sums stay in registers, not in arrays."""
 
-    By scalar weights or by blocks.
+    @njit(cache=True, error_model="numpy", fastmath=FUSED)
+    def add(W, x, y):
+        weights, x = flat(W.data), flat(x)
+        for i in range(W.indptr.size - 1):
+            for a in range(d):
+                s = y[i, a]
+                for k in range(W.indptr[i], W.indptr[i + 1]):
+                    j = np.uint64(W.indices[k]) * np.uint64(c)
+                    if scalar:
+                        s += weights[k] * x[j + np.uint64(a)]
+                    else:
+                        for b in range(c):
+                            s += (
+                                weights[(k * np.uint64(d) + np.uint64(a)) * np.uint64(c) + np.uint64(b)]
+                                * x[j + np.uint64(b)]
+                            )
+                y[i, a] = s
+
+    return add
+
+
+@njit(inline="always")
+def add_product(X, x, Y, y, Z, z, rows, inner, columns):
+    """Do X_x += Y_y Z_z, for blocks (rows, inner) and (inner, columns) that begin at these entries."""
+    for a in range(np.uint64(rows)):
+        for t in range(np.uint64(inner)):
+            factor = Y[y + a * np.uint64(inner) + t]
+            add_scaled(X, x + a * np.uint64(columns), factor, Z, z + t * np.uint64(columns), columns)
+
+
+@njit(inline="always")
+def numbered(place, name, j, found):
+    """Return the number of j, from 1 on in the order of first use, and how many have been found."""
+    new = place[j] == 0
+    found += np.uint64(new)
+    number = found if new else np.uint64(place[j])
+    place[j], name[number] = number, j
+    return number, found
+
+
+@lru_cache
+def galerkin_rows(d: int, c: int, scalar: bool) -> Any:
+    """Compile rows of P^T A P, for blocks of size d on the fine and c on the coarse mesh.
+
+    By scalar weights or by blocks. Of a new matrix (`fresh`) columns are found as well; its arrays grow.
     """
     zero, one, eight = np.uint64(0), np.uint64(1), np.uint64(8)
     of_fine, of_coarse = d * d, c * c  # entries of blocks
     fine, mixed, small = np.uint64(of_fine), np.uint64(c * d), np.uint64(of_coarse)
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
-    def galerkin_rows(A, P, children, rows, coarse, held, L, T, fresh):
+    def compute(A, P, R, rows, coarse, held, L, T, fresh):
         """Row I of P^T A first, by columns of A; then times P, each of them once."""
-        indices, values, weights, product = coarse.indices, flat(A.data), flat(P.data), flat(coarse.data)
+        indices, product, values = coarse.indices, flat(coarse.data), flat(A.data)
+        weights, back, L, T = flat(P.data), flat(R.data), flat(L), flat(T)
         most, widest = 0, 0
         for I in rows:
             length = 0
-            for q in range(children.indptr[I], children.indptr[I + 1]):
-                i = children.row[q]
-                length += np.int64(A.indptr[i + 1] - A.indptr[i])
+            for q in range(R.indptr[I], R.indptr[I + 1]):
+                length += np.int64(A.indptr[R.indices[q] + 1] - A.indptr[R.indices[q]])
             most = max(most, length)
         for j in range(P.indptr.size - 1):
             widest = max(widest, np.int64(P.indptr[j + 1] - P.indptr[j]))
-        coarse_nodes = children.indptr.size - 1
+        coarse_nodes = R.indptr.size - 1
         # by numbers from 1 on, in the order of their first use: columns of P^T A, and of P^T A P
         place, column = np.zeros(held.size, dtype=np.uint32), np.zeros(most + 1, dtype=np.uint32)
         X, Y = np.zeros((most + 1) * c * d), np.zeros((min(most * widest, coarse_nodes) + 1) * c * c)
         coarse_place, name = np.zeros(coarse_nodes, np.uint32), np.zeros(coarse_nodes + 1, np.uint32)
-        block, turned = np.empty(d * d), np.empty(c * d)
+        block = np.empty(c * d)
         for I in rows:
-            found = zero
-            for q in range(children.indptr[I], children.indptr[I + 1]):
-                i, e = children.row[q], np.uint64(children.entry[q])
-                following = children.row[min(q + one, children.indptr[I + 1] - one)]
+            columns, found = zero, zero
+            for q in range(R.indptr[I], R.indptr[I + 1]):
+                i = np.uint64(R.indices[q])
+                following = R.indices[min(q + one, R.indptr[I + 1] - one)]
                 ahead = np.int64((A.indptr[following] - A.indptr[i]) * fine * eight)
+                if held[i]:
+                    block[:] = 0.0
+                    if scalar:
+                        add_scaled(block, zero, back[q], L, i * fine, of_fine)
+                    else:
+                        add_product(block, zero, back, q * mixed, L, i * fine, c, d, d)
                 for k in range(A.indptr[i], A.indptr[i + 1]):
-                    v = k * fine
-                    prefetch(values, v, ahead)
-                    j = A.indices[k]
-                    new = place[j] == 0
-                    found += np.uint64(new)
-                    number = found if new else np.uint64(place[j])
-                    place[j], column[number] = number, j
-                    x = number * mixed
-                    if scalar and not held[i]:
-                        add_scaled(X, x, weights[e], values, v, of_fine)
-                        continue
-                    for a in range(d):
-                        for b in range(d):
-                            s = values[v + np.uint64(a * d + b)]
-                            if held[i]:
-                                s = 0.0
-                                for t in range(d):
-                                    s += L[i, a, t] * values[v + np.uint64(t * d + b)]
-                            block[a * d + b] = s
-                    for a in range(c):
-                        for b in range(d):
-                            at = x + np.uint64(a * d + b)
-                            if scalar:
-                                X[at] += weights[e] * block[a * d + b]
-                            else:
-                                for t in range(d):
-                                    X[at] += weights[e * mixed + np.uint64(t * c + a)] * block[t * d + b]
-            columns, found = found, zero
+                    prefetch(values, k * fine, ahead)
+                    number, columns = numbered(place, column, A.indices[k], columns)
+                    if held[i]:
+                        add_product(X, number * mixed, block, zero, values, k * fine, c, d, d)
+                    elif scalar:
+                        add_scaled(X, number * mixed, back[q], values, k * fine, of_fine)
+                    else:
+                        add_product(X, number * mixed, back, q * mixed, values, k * fine, c, d, d)
             for n in range(one, columns + one):
-                j, x = column[n], n * mixed
+                j, x = np.uint64(column[n]), n * mixed
                 place[j] = 0
                 if held[j]:
-                    for a in range(c):
-                        for b in range(d):
-                            turned[a * d + b] = 0.0
-                            for t in range(d):
-                                turned[a * d + b] += X[x + np.uint64(a * d + t)] * T[j, t, b]
-                    for t in range(mixed):
-                        X[x + t] = turned[t]
-                for m in range(P.indptr[j], P.indptr[j + 1]):
-                    J = P.indices[m]
-                    new = coarse_place[J] == 0
-                    found += np.uint64(new)
-                    number = found if new else np.uint64(coarse_place[J])
-                    coarse_place[J], name[number] = number, J
-                    y = number * small
+                    block[:] = 0.0
+                    add_product(block, zero, X, x, T, j * fine, c, d, d)
+                    X[x : x + mixed] = block
+                for m in range(P.indptr[j], P.indptr[j + one]):
+                    number, found = numbered(coarse_place, name, P.indices[m], found)
                     if scalar:
-                        add_scaled(Y, y, weights[m], X, x, of_coarse)
-                        continue
-                    for a in range(c):
-                        for b in range(c):
-                            for t in range(d):
-                                Y[y + np.uint64(a * c + b)] += (
-                                    X[x + np.uint64(a * d + t)] * weights[m * mixed + np.uint64(t * c + b)]
-                                )
+                        add_scaled(Y, number * small, weights[m], X, x, of_coarse)
+                    else:
+                        add_product(Y, number * small, X, x, weights, m * mixed, c, d, c)
                 for t in range(mixed):
                     X[x + t] = 0.0
             begin = coarse.indptr[I]
@@ -210,54 +210,12 @@ def transfers(d: int, c: int, scalar: bool) -> Transfers:
             for k in range(begin, coarse.indptr[I + 1]):
                 y, z = np.uint64(coarse_place[indices[k]]) * small, k * small
                 for t in range(small):
-                    product[z + t] = Y[y + t]
-                    Y[y + t] = 0.0
+                    product[z + t], Y[y + t] = Y[y + t], 0.0
             for n in range(one, found + one):
                 coarse_place[name[n]] = 0
         return indices, product
 
-    # sums stay in registers, not in arrays
-    @njit(cache=True, error_model="numpy", fastmath=FUSED)
-    def restrict(P, children, r, coarse_r):
-        weights, r, coarse_r = flat(P.data), flat(r), flat(coarse_r)
-        for I in range(children.indptr.size - 1):
-            begin, end = children.indptr[I], children.indptr[I + 1]
-            if scalar and d == 3:
-                x, y, z = 0.0, 0.0, 0.0
-                for q in range(begin, end):
-                    i, w = np.uint64(children.row[q]) * np.uint64(d), weights[children.entry[q]]
-                    x += w * r[i]
-                    y += w * r[i + one]
-                    z += w * r[i + one + one]
-                coarse_r[3 * I], coarse_r[3 * I + 1], coarse_r[3 * I + 2] = x, y, z
-                continue
-            for a in range(c):
-                s = 0.0
-                for q in range(begin, end):
-                    i, e = np.uint64(children.row[q]) * np.uint64(d), np.uint64(children.entry[q])
-                    if scalar:
-                        s += weights[e] * r[i + np.uint64(a)]
-                    else:
-                        for t in range(d):
-                            s += weights[e * mixed + np.uint64(t * c + a)] * r[i + np.uint64(t)]
-                coarse_r[I * c + a] = s
-
-    @njit(cache=True, error_model="numpy", fastmath=FUSED)
-    def prolong(P, coarse_u, u):
-        weights, coarse_u = flat(P.data), flat(coarse_u)
-        for i in range(u.shape[0]):
-            for t in range(d):
-                s = u[i, t]
-                for m in range(P.indptr[i], P.indptr[i + 1]):
-                    I = np.uint64(P.indices[m]) * np.uint64(c)
-                    if scalar:
-                        s += weights[m] * coarse_u[I + np.uint64(t)]
-                    else:
-                        for a in range(c):
-                            s += weights[m * mixed + np.uint64(t * c + a)] * coarse_u[I + np.uint64(a)]
-                u[i, t] = s
-
-    return Transfers(galerkin_rows, restrict, prolong)
+    return compute
 
 
 @njit(cache=True, error_model="numpy")
@@ -270,33 +228,36 @@ def columns_of(M, rows, columns):
     return np.flatnonzero(seen)
 
 
-def galerkin_product(kernels: Transfers, A: BlockMatrix, P: BlockMatrix, children: Any, *held: Any) -> Any:
-    """Return P^T A P, as `BlockMatrix`, with the tests and projectors of nodes that are `held`."""
-    N, c = children.indptr.size - 1, P.data.shape[2] if P.data.ndim == 3 else A.data.shape[1]
+def galerkin_product(A: BlockMatrix, P: BlockMatrix, R: BlockMatrix, *held: Any) -> BlockMatrix:
+    """Return P^T A P, with nodes that are `held`, their tests and projectors."""
+    N, d, scalar = R.indptr.size - 1, A.data.shape[1], P.data.ndim == 1
+    c = d if scalar else P.data.shape[2]
     room = max(A.indices.size // 2, 1)  # nested meshes need less
     indptr = np.zeros(N + 1, dtype=np.uint64)
     rows = BlockMatrix(indptr, np.empty(room, dtype=np.uint32), np.empty((room, c, c)))
-    indices, data = kernels.galerkin_rows(A, P, children, np.arange(N), rows, *held, True)
+    indices, data = galerkin_rows(d, c, scalar)(A, P, R, np.arange(N), rows, *held, True)
     count = int(indptr[-1])
     return BlockMatrix(indptr, indices[:count], data.reshape(-1, c, c)[:count])
 
 
 def coarsen(level: Level, P: BlockMatrix, coarse_nodes: int) -> Level:
     """Set the way from `level` to the next coarser one, and return that, with the matrix P^T A P."""
-    level.P, level.children = P, transposed(P, coarse_nodes)
-    d, scalar = level.inverse.shape[1], P.data.ndim == 1
-    c = d if scalar else P.data.shape[2]
-    level.transfers = transfers(d, c, scalar)
-    A = galerkin_product(level.transfers, level.A, P, level.children, level.held, level.L, level.T)
-    coarse = Level(A, np.zeros((coarse_nodes, c, c)), diagonal_positions(A))
+    level.P, level.R = P, transposed(P, coarse_nodes)
+    A = galerkin_product(level.A, P, level.R, level.held, level.L, level.T)
+    coarse = Level(A, np.zeros((coarse_nodes, *A.data.shape[1:])), diagonal_positions(A))
     invert_diagonal(coarse, np.arange(coarse_nodes))
     return coarse
 
 
+def multiply(fine: Any, product: BlockMatrix, rows: np.ndarray, tests: np.ndarray) -> None:
+    """Compute the given block rows of P^T A P anew, P^T A P having the entries that it had."""
+    kernel = galerkin_rows(fine.A.data.shape[1], product.data.shape[1], fine.P.data.ndim == 1)
+    kernel(fine.A, fine.P, fine.R, rows, product, fine.held, tests, fine.T, False)
+
+
 def recompute(fine: Level, coarse: Level, rows: np.ndarray) -> None:
     """Compute the given block rows of the coarse matrix from the fine level, and invert their diagonals."""
-    held = fine.held, fine.L, fine.T
-    fine.transfers.galerkin_rows(fine.A, fine.P, fine.children, rows, coarse.A, *held, False)
+    multiply(fine, coarse.A, rows, fine.L)
     invert_diagonal(coarse, rows)
 
 

@@ -12,10 +12,10 @@ import numpy as np
 import pyamg
 from scipy.sparse import bsr_array
 
-from model.node_loop.blocks import BlockMatrix, diagonal_positions
+from model.node_loop.blocks import diagonal_positions
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import RigidModes, rigid_motions
-from model.solvers.galerkin_coarsening import Level, coarsen
+from model.solvers.galerkin_coarsening import Level, coarsen, prolongation
 from model.solvers.truncated_multigrid import Multigrid
 
 STRENGTH = {
@@ -49,11 +49,7 @@ def algebraic(A: bsr_array, loop: NodeLoop, rigid: RigidModes) -> Multigrid:
     levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
     for level in hierarchy.levels[:-1]:
         P = bsr_array(level.P)
-        P.sort_indices()
-        blocks = BlockMatrix(
-            P.indptr.astype(np.uint64), P.indices.astype(np.uint32), np.ascontiguousarray(P.data)
-        )
-        levels.append(coarsen(levels[-1], blocks, P.shape[1] // P.blocksize[1]))
+        levels.append(coarsen(levels[-1], prolongation(P), P.shape[1] // P.blocksize[1]))
     coarse_modes = hierarchy.levels[-1].B @ np.linalg.lstsq(motions, rigid.modes)[0]
     multigrid = Multigrid(loop, levels, rigid, coarse_modes)
     multigrid.cycle.visits, multigrid.cycle.sweeps = (2, 1) if d == 2 else (1, 2)

@@ -42,7 +42,7 @@ from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_tu
 from model.node_loop.status import Status
 from model.problem.rigid_modes import BALANCE, SEEN, RigidModes, null_space
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, nodal_prolongation, recompute
+from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, interpolate, prolongation, recompute
 from model.solvers.projected_search import projected_search
 from model.solvers.static_condensation import Condensation
 
@@ -143,8 +143,9 @@ class Cycle:
             defect(size)(level.A, r, z, rest)
         held = self.held if number == 0 else self.held[:0]
         project(rest, held, level.L)
-        level.transfers.restrict(level.P, level.children, rest, coarse_r)
-        level.transfers.prolong(level.P, self._solve_coarse(coarse_r, number + 1), z)
+        coarse_r[:] = 0.0
+        interpolate(level.R, rest, coarse_r)
+        interpolate(level.P, self._solve_coarse(coarse_r, number + 1), z)
         project(z, held, level.T)
         for _ in range(self.sweeps - (left is not None)):
             backward_sweep(size)(level.A, level.inverse, r, z)
@@ -617,7 +618,7 @@ class CoarserMesh:
         level, coarse, r = self.level, self.loop, fine.R
         r[fine.nodes] -= fine.force
         b = np.zeros(coarse.shape)
-        level.transfers.restrict(level.P, level.children, r, b)
+        interpolate(level.R, r, b)
         way = fine.sticking_place(self.copies) - u[fine.nodes[self.copies]]
         coarse.slip_rate = fine.slip_rate
         coarse.set_load(b, fine.gaps(u, status)[self.copies], way, fine.contact.state[self.copies])
@@ -628,7 +629,7 @@ class CoarserMesh:
             wanted = max(NESTED, record.tolerance) if isinstance(self.correction, Multigrid) else 1e-6
             enough = Record(wanted, GUESSES, record.sweeps, False)
             self.correction.solve(e, in_contact, enough)
-        level.transfers.prolong(level.P, e, u)
+        interpolate(level.P, e, u)
         fine.prescribe(fine.b, u)
         gap = fine.contact.gap + np.einsum("ca,ca->c", fine.frame[:, 0], u[fine.nodes])
         arrived = self.weights @ coarse.gaps(e, in_contact)
@@ -655,7 +656,7 @@ def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidMo
     prescribed = np.flatnonzero(loop.uncoupled.any(axis=1))
     levels[0].hold(prescribed, np.eye(loop.shape[1]) * loop.loaded[prescribed, :, None])
     for weights in prolongations:
-        levels.append(coarsen(levels[-1], nodal_prolongation(weights), weights.shape[1]))
+        levels.append(coarsen(levels[-1], prolongation(weights), weights.shape[1]))
     coarser = CoarserMesh(loop, levels, prolongations, rigid)
     return Multigrid(loop, levels, rigid, inject(rigid.modes, prolongations), coarser)
 
