@@ -41,7 +41,7 @@ def said(value: Any) -> str:
     if isinstance(value, np.ndarray) and value.size > FEW:
         return f"an array of shape {value.shape}"
     text = " ".join(repr(value.item() if isinstance(value, np.generic) else value).split())
-    if len(text) <= LONGEST:
+    if len(text) <= LONGEST and " at 0x" not in text:
         return text
     return f"a {type(value).__name__}" + (f" of length {len(value)}" if hasattr(value, "__len__") else "")
 
@@ -242,6 +242,25 @@ def is_road(road: Any) -> None:
             "SeveralRoads(...) of some, or whatever has closest(points); files and arrays become roads by "
             "read_samples, LinearRoad, SurfaceRoad and their like."
         )
+
+
+def nearest(road: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return gap (n,), normal and nearest point (n, dim) that a road has for points (n, dim), if it has such.
+
+    Raises
+    ------
+    ValueError
+        Saying what a road, maybe the user's own, returns instead.
+    """
+    found = road.closest(points)
+    wanted = [points.shape[:1], points.shape, points.shape]
+    shapes = [np.shape(part) for part in found] if isinstance(found, tuple | list) else found
+    if shapes != wanted:
+        raise ValueError(
+            f"closest(points) of the road, a {type(road).__name__}, returns {said(found)}; it must return "
+            f"gap, normal and nearest point of shapes {wanted[0]}, {wanted[1]} and {wanted[2]}."
+        )
+    return found[0], found[1], found[2]
 
 
 def is_contact(contact: Any) -> None:

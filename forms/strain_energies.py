@@ -274,12 +274,14 @@ class OwnEnergy(StrainEnergy):
         names = list(inspect.signature(psi).parameters)
         self.psi = psi
         try:
-            psi(ufl.Identity(3))
+            shape = ufl.as_ufl(psi(ufl.Identity(3))).ufl_shape
         except Exception as error:
             raise ValueError(
                 f"The energy density fails at rest ({error}); it takes one 3 x 3 matrix, in the plane too, "
                 "and returns UFL."
             ) from error
+        if shape:
+            raise ValueError(f"The energy density has values of shape {shape}; it must return one number.")
         if names[:1] == ["F"]:
             check_indifference(psi)
             self.psi = lambda C: psi(cholesky(C))

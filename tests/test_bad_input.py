@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from forms import Elasticity, Isotropic, Support
+from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, Support
 from geometry import Body, Grid, LinearRoad, Plane, SeveralRoads, box, half_cylinder, rectangle
-from model import BodyOnRoad, ContactProblem, MovingBody, friction_law, solve
+from model import BodyOnRoad, ContactProblem, MovingBody, follow, friction_law, solve
 
 
 @pytest.fixture(scope="module")
@@ -180,3 +180,30 @@ def test_files_that_are_no_problems(tmp_path):
         ContactProblem.load(path)
     with pytest.raises(FileNotFoundError):
         ContactProblem.load(tmp_path / "none.npz")
+
+
+class Sloppy(Plane):
+    """A road of a user's own that forgets to repeat its normal."""
+
+    def closest(self, points):
+        gap, _, foot = super().closest(points)
+        return gap, self.normal, foot
+
+
+def test_roads_of_ones_own_return_what_roads_return(elasticity):
+    system = elasticity.system(np.zeros((9, 2)))
+    with pytest.raises(ValueError, match=r"Sloppy, returns .* of shapes \(3,\), \(3, 2\) and"):
+        BodyOnRoad(system, "bottom", Sloppy())
+
+
+def test_finite_strain_is_not_taken_for_linear(elasticity):
+    rubber = Hyperelasticity(elasticity.body, NeoHookean(1.0, 0.3))
+    system = rubber.system(np.zeros((9, 2)), Support(elasticity.body).fix("top", x=0.0), density=1.0)
+    contact = BodyOnRoad(system, "bottom", Plane())
+    for call in (solve, lambda c: list(follow(c, [1.0]))):
+        with pytest.raises(ValueError, match=r"finite strain .* take FiniteContact\(contact\)"):
+            call(contact)
+    with pytest.raises(ValueError, match="finite strain .* take FiniteBody"):
+        MovingBody.from_contact(contact)
+    with pytest.raises(ValueError, match="values of shape .*; it must return one number"):
+        Hyperelasticity(elasticity.body, lambda C: C)

@@ -475,6 +475,21 @@ DOORS = [
         {"path": "c.xdmf", "road": Plane(), "around": np.eye(2)},
         {"path": PATH, "road": ROAD, "around": ARRAY, "times": [3.0, [NAN], ["late"]]},
     ),
+    (
+        model.save_checkpoint,
+        {"path": "run.npz", "integrator": Of("scheme"), "state": Of("state")},
+        {"integrator": [None, 3], "state": [None, 3]},
+    ),
+    (model.load_checkpoint, {"path": "run.npz"}, {"integrator": [None, 3]}),
+    (HERTZ.pressure, {"x": 0.0}, {"x": ARRAY[:4]}),
+    (SPHERE.pressure, {"r": 0.0}, {"r": ARRAY[:4]}),
+    *(
+        (kind(HERTZ, 0.1, 0.5).traction, {"x": 0.0}, {"x": ARRAY[:4]})
+        for kind in (model.MindlinCylinder, model.Carter)
+    ),
+    (model.MindlinSphere(SPHERE, 0.1, 0.5).traction, {"r": 0.0}, {"r": ARRAY[:4]}),
+    (model.Spence(HERTZ, 0.5).traction, {"x": 0.0}, {"x": ARRAY[:4]}),
+    (model.RodImpact().displacement, {"x": 0.5, "t": 0.0}, {"x": ARRAY[:4], "t": ARRAY[:4]}),
     (model.write_vtkhdf, {"path": "d.xdmf"}, {"path": PATH}),
     (Of("contact.reactions"), {"solution": Of("solution")}, {"about": optional(VECTOR)}),
     (
@@ -488,9 +503,18 @@ DOORS = [
 # What computations return, and what draws.
 NOT_TRIED = {"HalfWidth", "Solution", "System", "body_picture", "bounce_figure", "contact_map", "film"}
 NOT_TRIED |= {"convergence_figure", "cut_figure", "mesh_figure", "pressure_figure", "stick_slip_figure"}
-NEED_FILES = {"read_mesh", "read_msh", "read_samples", "read", "read_topography", "write_vtkhdf"}
+NEED_FILES = {
+    "read_mesh",
+    "read_msh",
+    "read_samples",
+    "read",
+    "read_topography",
+    "write_vtkhdf",
+    "load_checkpoint",
+}
 NEED_MORE = {"samples_of", "Body", "half_cylinder_gmsh"}  # or time
 ALSO_CALLED = {  # in sentences
+    "r": "x|r",
     "nu": "Poisson's ratio", "where": "name|node|condition|boundary", "steps": "time|load",
     "name": "boundary",
     "index": "node",

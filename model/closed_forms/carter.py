@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from checks import numbers
 from model.closed_forms.hertz import ellipse
 from model.closed_forms.mindlin import MindlinCylinder
 
@@ -38,5 +39,5 @@ class Carter(MindlinCylinder):
     def traction(self, x: ArrayLike) -> np.ndarray:
         """Magnitude of the traction at x: mu p, less a similar ellipse about a - c where it sticks (MPa)."""
         p0, a = self.normal.p0, self.normal.a
-        x = np.asarray(x, dtype=float)
+        x = numbers("x", x)
         return self.mu * p0 * (ellipse(x, a) - self.c / a * ellipse(x - (a - self.c), self.c))

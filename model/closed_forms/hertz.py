@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from checks import poisson_ratio, positive
+from checks import numbers, poisson_ratio, positive
 
 
 def effective_modulus(E: float, nu: float) -> float:
@@ -39,7 +39,7 @@ def effective_modulus(E: float, nu: float) -> float:
 
 def ellipse(x: ArrayLike, half_width: float) -> np.ndarray:
     """sqrt(1 - x^2 / half_width^2) where |x| < half_width, 0 elsewhere; all 0 for a half width of 0."""
-    x = np.asarray(x, dtype=float)
+    x = numbers("x", x)
     if half_width <= 0:
         return np.zeros_like(x)
     return np.sqrt(np.clip(1 - (x / half_width) ** 2, 0, None))

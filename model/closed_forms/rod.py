@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from checks import positive
+from checks import numbers, positive
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class RodImpact:
 
     def _checked(self, x: ArrayLike, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Positions over L, and times over L / speed within the first period."""
-        x, t = np.asarray(x, dtype=float), np.asarray(t, dtype=float)
+        x, t = numbers("x", x), numbers("t", t)
         slack = 4 * np.finfo(float).eps * self.L  # nodes of a mesh are where rounding has put them
         inside = (x >= -slack) & (x <= self.L + slack)
         for name, values, right in [("x", x, inside), ("t", t, (t >= 0) & np.isfinite(t))]:

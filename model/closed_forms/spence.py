@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import ellipkm1, expit, log_expit, xlog1py, xlogy
 
-from checks import instance, poisson_ratio, positive
+from checks import instance, numbers, poisson_ratio, positive
 from model.closed_forms.hertz import HertzCylinder
 
 PANELS = 100  # in the stick zone, and as many in the slip zone: errors of 1e-4 (above)
@@ -139,12 +139,12 @@ class Spence:
 
     def traction(self, x: ArrayLike) -> np.ndarray:
         """Traction of the plane on the cylinder at x, along +x (MPa): outwards, so it has the sign of x."""
-        return np.sign(x) * self._sum_of_punches(x, self.punch.traction)
+        return np.sign(numbers("x", x)) * self._sum_of_punches(x, self.punch.traction)
 
     def _sum_of_punches(self, x: ArrayLike, profile: np.ndarray) -> np.ndarray:
         """2 P / a |X| int_|X|^1 profile(t) / t^2 dt, X = x / a: the punches of half width |x| to a, at x."""
         edges = self.punch.edges
-        X = np.abs(np.asarray(x, dtype=float)) / self.a
+        X = np.abs(numbers("x", x)) / self.a
         i = np.clip(np.searchsorted(edges, X, side="right") - 1, 0, profile.size - 1)
         beyond = np.append(np.cumsum((profile[1:] * (1 / edges[1:-1] - 1 / edges[2:]))[::-1])[::-1], 0)
         inside = X * beyond[i] + profile[i] * (1 - X / edges[i + 1])

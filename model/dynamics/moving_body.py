@@ -200,6 +200,11 @@ class MovingBody:
 
     @classmethod
     def _of(cls, system: Any, nodes: np.ndarray, road: Any, friction: Any, limits: Any) -> "MovingBody":
+        if system.elastic is not None and not cls.finite_strain:
+            raise ValueError(
+                "The system is one of finite strain (Hyperelasticity), which a MovingBody would take for a "
+                "linear one; take FiniteBody."
+            )
         if system.turning is not None:
             raise ValueError("A platen that tilts is there for bodies at rest only; leave its tilt out.")
         if system.M is None:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from checks import array, instance, is_tolerance, positive, whole
+from checks import array, instance, is_tolerance, positive, refused, whole
 from model.dynamics.contact_update import advance, confirm_contact, contact_work, forget_rounding
 from model.dynamics.initial_acceleration import consistent_acceleration
 from model.dynamics.moving_body import MovingBody
@@ -274,7 +274,8 @@ class TimeIntegrator(ABC):
 
     def __new__(cls, body: MovingBody, *args: Any, **options: Any) -> "TimeIntegrator":
         """Choose by the road."""
-        instance(MovingBody, body=body)
+        if not isinstance(body, MovingBody):
+            raise refused("body", "a MovingBody, say MovingBody.from_contact(contact)", body)
         if getattr(body.road, "flat", False):
             return super().__new__(cls)
         from model.dynamics.curved_steps import on_curved_road  # which builds on this file

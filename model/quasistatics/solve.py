@@ -92,7 +92,7 @@ def solve(
     made = {name: options.pop(name) for name in OF_SOLVER if name in options}
     if isinstance(contact, ContactProblem):
         return ContactSolver(contact, correction, **made).solve(tolerance=tolerance, **options)
-    is_contact(contact)
+    _is_linear(contact)
     time = None if time is None else _time(time)
     problem = replace(contact.problem, b=contact.system.load_at(time))
     solver = solver_of(problem, correction, **made)
@@ -159,7 +159,7 @@ def follow(
         solver = ContactSolver(contact, correction, **made)
         yield from load_stepping.follow(solver, steps, tolerance, **options)
         return
-    is_contact(contact)
+    _is_linear(contact)
     solver, road = solver_of(contact.problem, correction, **made), contact.road
     times: list[float | None] = []
     if getattr(road, "flat", False):
@@ -172,6 +172,16 @@ def follow(
     for solution in path:
         contact.check_strain(solution)
         yield replace(solution, time=times[-1])
+
+
+def _is_linear(contact: Any) -> None:
+    """Refuse what is no contact (TypeError), or one of finite strain (ValueError)."""
+    is_contact(contact)
+    if contact.system.elastic is not None:
+        raise ValueError(
+            "The contact is of a body of finite strain (Hyperelasticity), which solve and follow would take "
+            "for a linear one; take FiniteContact(contact).solve() or .follow(times)."
+        )
 
 
 def _time(time: Any) -> float:

@@ -12,6 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 from scipy.spatial import cKDTree
 
+from checks import instance
 from model.atomic_file import write_aside
 from model.dynamics.time_integrator import State, TimeIntegrator, Work
 from model.recording.history import History
@@ -54,6 +55,8 @@ def save_checkpoint(
     ...     pass
     >>> save_checkpoint("run.npz", scheme, state, history)
     """
+    instance(TimeIntegrator, integrator=integrator)
+    instance(State, state=state)
     body, ranks = integrator.body, integrator.body.ranks
     arrays = {"run": np.array(fingerprint(integrator)), "scene": np.array(scene(integrator))}
     for field in fields(State):
@@ -116,6 +119,7 @@ def load_checkpoint(path: str | Path, integrator: TimeIntegrator, history: Histo
     >>> load_checkpoint("run.npz", scheme, history).step
     5
     """
+    instance(TimeIntegrator, integrator=integrator)
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}

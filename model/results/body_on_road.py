@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from checks import is_road, not_negative
+from checks import is_road, nearest, not_negative
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import LinearLimits
 from model.problem.varying_friction import placed
@@ -90,7 +90,7 @@ class BodyOnRoad:
             not_negative(reach=reach)
         nodes, area = system.candidates(facets, road)
         points = system.points[nodes]
-        gap, normal, _ = road_at(road).closest(points)
+        gap, normal, _ = nearest(road_at(road), points)
         near = np.full(nodes.size, True) if reach is None else gap <= reach
         exchange = system.exchanges[0] if system.exchanges else None
         if exchange is not None:
