@@ -208,7 +208,7 @@ class CurvedContact:
         arrived, descent = u.copy(), Descent(loop, planes, points)
         iterations: list[Solution] = []
         turns = solver.ranks.any(bool((planes.normal != planes.normal[:1]).any()))
-        enough = LOOSE if turns and solver.correction.name == "multigrid" else 0.0
+        enough = LOOSE if turns else 0.0
         try:
             for _ in range(ITERATIONS):
                 springs = planes.springs + hold.springs()
@@ -261,7 +261,8 @@ class CurvedContact:
                     self.normal, self.foot = planes.normal, planes.foot
                     self.pressure = solution.pressure_force
                     return _all_iterations(iterations, planes.gap)
-                if len(self.distances) > 1 and self.distances[-1] >= 0.5 * self.distances[-2]:
+                off = self.distances[-1]
+                if off <= planes.near or off >= 0.5 * min(self.distances[-2:-1], default=np.inf):
                     enough = 0.0
                 if short or (idle and not whole):
                     hold.tighten()

@@ -175,8 +175,9 @@ class Condensation:
 
         Each cycle asks only for what is still missing, so that the next makes good what rounding spoilt, and
         more of the small problem: what little holds a body magnifies what that one leaves.
+        A part of the way would be no cheaper than the whole.
         """
-        loop, record.patience, record.fall = self.loop, IDLE, FALL
+        loop, record.patience, record.fall, record.part = self.loop, IDLE, FALL, 0.0
         record.idle, record.soon, self._driven = 0, 0, False
         before, driven = record.cycles, 0
         while not record.finished(loop.residual(u, status)):
