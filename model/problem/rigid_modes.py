@@ -369,7 +369,8 @@ class RigidModes:
         work = self._work(normal, 0.0) @ modes
         way = modes.T @ self.modes.T @ b.ravel()
         scale = max(float(np.abs(gap).max()), float(np.abs(work @ way).max()))
-        return (self.modes @ modes @ nearest_admissible(way, work, gap, scale)).reshape(b.shape)
+        amplitudes = modes @ nearest_admissible(way, work, gap, scale)  # rounded first: the motion stays rigid
+        return (self.modes @ amplitudes).reshape(b.shape)
 
     def driven(
         self, b: np.ndarray, normal: np.ndarray, mu: Any, near: np.ndarray, slip: np.ndarray

@@ -30,6 +30,7 @@ from model.tolerances import TOLERANCE
 
 ITERATIONS = 200  # ten times what the worst of twelve scenes on round and wavy roads takes
 LOOSE = 0.1  # of the first residual is enough for cycles until the planes have settled: these leave as much
+NO_LEAP = 0.1  # of the size: a step, where longer ones have leapt over what would have held the body
 SHORT = 0.1  # of the steps that the planes want: those of which less is good are bounded
 IDLE = 8.0  # times the tolerance: what springs may still pull
 
@@ -143,23 +144,29 @@ class CurvedContact:
     def _beginnings(
         self, road: Any, anchor: np.ndarray, u: np.ndarray, load: np.ndarray, status: np.ndarray
     ) -> Iterator[Any]:
-        """Where to begin, one after the other as long as the load carries the body off: u, pressures, status.
+        """Where to begin, one after the other as long as the load carries the body off.
 
         From where it is on the road; from where it would rest if it were rigid; and from where it was put,
-        for one that is soft may yield and rest where it would else fall.
+        for one that is soft may yield and rest where it would else fall. A body that would rest if it were
+        rigid is not said to be carried off before it has been in short steps, which leap over nothing.
+
+        Yields u, pressures, status, and the longest step in sizes.
         """
         nothing = np.zeros(status.size)
         if status.any():
-            yield u, np.where(status > 0, self.pressure, 0.0), status
+            yield u, np.where(status > 0, self.pressure, 0.0), status, LONG
             u = np.zeros_like(u)
         try:
             motion, held = self._let_go(road, anchor, u, load)
         except CarriedOff as gone:
             yield gone
+            yield u, nothing, nothing, LONG
         else:
+            rest = u + motion, held, np.where(held > 0.0, Status.SLIP, Status.FREE)
             if motion.any():
-                yield u + motion, held, np.where(held > 0.0, Status.SLIP, Status.FREE)
-        yield u, nothing, nothing
+                yield *rest, LONG
+            yield u, nothing, nothing, LONG
+            yield *rest, NO_LEAP
 
     def _let_go(
         self, road: Any, anchor: np.ndarray, u: np.ndarray, load: np.ndarray
@@ -183,6 +190,7 @@ class CurvedContact:
         u: np.ndarray,
         pressure: np.ndarray,
         status: np.ndarray,
+        longest_step: float,
     ) -> Solution:
         """Iterate from u (N, d), pressures and status (n,); nodes stick nearest to `sticking` (n, d)."""
         solver, points, size = self.solver, self.points, self.size
@@ -237,7 +245,7 @@ class CurvedContact:
                     if travelled > AWAY * size and self.rigid.count:
                         motion = self.rigid.modes.T @ (u - arrived).ravel()
                         raise CarriedOff(self.rigid.in_words(motion), travelled)
-                    reach = LONG * (size + travelled)
+                    reach = longest_step * (size + travelled)
                     longest = reach / float(np.abs(there - u).max() or reach)
                     lower = descent.step(u, solution, pull, longest)
                     there = u if lower is None else lower

@@ -396,6 +396,7 @@ class ContactSolver:
             if record.best > 0.5 * least:
                 record.give_up("the displacement in two parts is no truer than in one")
             least, bent, base = record.best, bent + (u - rigid.part_of(u)), base + u
+            base = bent + rigid.part_of(base - bent)  # two far motions that cancel leave their rounding
             self._put_load(posed, base, bent)
             loop.load_size = load_size
             u[:] = 0.0
