@@ -369,7 +369,7 @@ class RigidModes:
         work = self._work(normal, 0.0) @ modes
         way = modes.T @ self.modes.T @ b.ravel()
         scale = max(float(np.abs(gap).max()), float(np.abs(work @ way).max()))
-        amplitudes = modes @ nearest_admissible(way, work, gap, scale)  # rounded first: the motion stays rigid
+        amplitudes = modes @ nearest_admissible(way, work, gap, scale)  # rounded first: it stays rigid
         return (self.modes @ amplitudes).reshape(b.shape)
 
     def driven(
