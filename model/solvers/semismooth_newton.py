@@ -76,7 +76,7 @@ def newton(arrays, contact, b, start, start_status, bound, slip_rate, tolerance,
     place_all_on_surface(contact, u, status)
     best, idle = residual_of(arrays, contact, b, u, status, R, pushed, bound, slip_rate), 0
     trial, decided, force, mark = u.copy(), status.copy(), pushed.copy(), best
-    while idle < CHAIN and best > max(tolerance, rounding_of(arrays, b, u, force)):
+    while idle < CHAIN and best > max(tolerance, rounding_of(arrays, b, u, force, slight)):
         step, driven = newton_step(arrays, contact, trial, decided, R, pushed, bound, slip_rate, slight)
         if driven:
             break
@@ -96,7 +96,7 @@ def newton(arrays, contact, b, start, start_status, bound, slip_rate, tolerance,
         idle += 1
         if best < 0.5 * mark:
             mark, idle = best, 0
-    return Found(u, status, force, best <= max(tolerance, rounding_of(arrays, b, u, force)))
+    return Found(u, status, force, best <= max(tolerance, rounding_of(arrays, b, u, force, slight)))
 
 
 @njit(cache=True, error_model="numpy")
@@ -245,11 +245,13 @@ def residual_of(arrays, contact, b, u, status, R, force, bound, slip_rate):
 
 
 @njit(cache=True, error_model="numpy")
-def rounding_of(arrays, b, u, force):
-    """Natural residual that the rounding of S u alone may leave."""
+def rounding_of(arrays, b, u, force, slight):
+    """Natural residual that the rounding of S u alone may leave, or slight forces."""
     size = np.abs(arrays.S) @ np.abs(u).reshape(u.size)
     scale = np.sqrt(np.sum(b**2)) + np.sqrt(np.sum(force**2))
-    return min(2 * ROUNDING * np.sqrt(np.sum(size**2)) / scale, ASTRAY) if scale > 0.0 else 1.0
+    if scale == 0.0:
+        return 1.0
+    return max(min(2 * ROUNDING * np.sqrt(np.sum(size**2)) / scale, ASTRAY), slight / scale)
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,12 +7,14 @@ Where Newton's steps fail from the first guess v, springs are added that hold th
 u is the next v, and softer springs follow: the proximal point method (R. T. Rockafellar, SIAM J. Control
 Optim. 14 (1976)), or the body in a fluid ever thinner. M takes in what the body resists least: its rigid
 modes, where it has any. Newton's steps solve (1) from the last point, or else a path of few changes does, or
-the springs fall less. The force of the springs goes to zero where there is an answer, and Newton's steps go
+the springs fall less. A point at which other nodes meet the road is the last of its problem: with them it is
+the first of the next. The force of the springs goes to zero where there is an answer, and Newton's steps go
 on from there without, or a path where they fail; where the load moves the body for ever, it goes to what
 drives it. Large friction may hold the body all the same: that is tried last, by the path from all nodes
 pressed to the road.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -90,9 +92,12 @@ class SmallProblem:
         self,
         whole: "Whole",
         active: np.ndarray,
+        start: np.ndarray,
+        spring: float,
         slip_rate: float,
         tolerance: float,
         slight: float,
+        meets: Callable[[np.ndarray, np.ndarray, np.ndarray], bool],
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Find the forces that the nodes miss, all others in equilibrium.
 
@@ -102,6 +107,10 @@ class SmallProblem:
             Its status is updated in place.
         active : (k,)
             The numbers among the candidates of the nodes of this problem.
+        start : (n, d)
+            Where all candidates go from u at first.
+        spring : float
+            Stiffness of the first springs; 0 to try without, and then with a node's own.
         slip_rate : float
             What slip is multiplied by for the friction law.
         tolerance : float
@@ -109,6 +118,9 @@ class SmallProblem:
             will tell.
         slight : float
             Force that is taken for rounding where it drives a rigid mode.
+        meets : callable
+            Whether others meet the road after force, pins and move, which then are those of a proximal point,
+            its springs among the forces.
 
         Returns
         -------
@@ -122,74 +134,97 @@ class SmallProblem:
         arrays, candidates, status = self.arrays, whole.candidates, whole.status
         k, s = arrays.block.shape[:2]
         frame, nodes = candidates.frame[active], candidates.nodes[active]
-        target, known, been = (
+        target, known, been, first = (
             np.einsum("cab,cb->ca", frame, v)
-            for v in (whole.free[nodes], whole.known[active], whole.u[nodes])
+            for v in (whole.free[nodes], whole.known[active], whole.u[nodes], start[active])
         )
-        target, known = target[:, :s], known[:, :s]
+        target, known, first = target[:, :s], known[:, :s], first[:, :s].copy()
         b = (arrays.bare @ target.ravel() + arrays.Y @ whole.power).reshape(k, s) - known
+        b -= (arrays.S @ first.ravel()).reshape(k, s)
         # a node's own stiffness, for that which is left of it in S may be none
         own = arrays.block if self._bound is None else candidates.block[active]
-        reference = (candidates.reference[active] - been[:, 1:])[:, : s - 1].copy()
+        reference = (candidates.reference[active] - been[:, 1:])[:, : s - 1] - first[:, 1:]
         state = candidates.state[active]
         contact = Candidates(
             nodes=arrays.nodes,
             number=arrays.nodes,
             frame=arrays.frame,
             block=own,
-            gap=whole.gap[active],
+            gap=whole.gap[active] + first[:, 0],
             reference=reference,
             state=state,
         )
         decided = status[active] if self._bound is not None else np.minimum(status[active], np.int8(SLIP))
         law = (self._bound, slip_rate)
-        move, decided, found, self.driven = solved(
-            arrays, contact, b, np.zeros((k, s)), decided, law, tolerance, slight
-        )
-        status[active] = decided
-        pins = arrays.Y.T @ (move - target).ravel() - arrays.Z @ whole.power
-        return np.einsum("ca,cab->cb", found - known, frame[:, :s]), pins, move
+
+        def outcome(u: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            move = first + u
+            pins = arrays.Y.T @ (move - target).ravel() - arrays.Z @ whole.power
+            return np.einsum("ca,cab->cb", force - known, frame[:, :s]), pins, move
+
+        def met(u: np.ndarray, force: np.ndarray) -> bool:
+            return meets(*outcome(u, force))
+
+        end = solved(arrays, contact, b, decided, law, tolerance, slight, spring, met)
+        status[active], self.driven, self.spring = end.status, end.driven, end.spring
+        return outcome(end.u, end.force)
+
+
+class End(NamedTuple):
+    """Displacement (k, s), status (k,) and force (k, s); where none is found, of the last point.
+
+    Then whether the load moves the nodes on for ever, and the springs at a point where others meet the road.
+    """
+
+    u: np.ndarray
+    status: np.ndarray
+    force: np.ndarray
+    driven: bool = False
+    spring: float = 0.0
 
 
 def solved(
     arrays: Condensed,
     contact: Candidates,
     b: np.ndarray,
-    u: np.ndarray,
     status: np.ndarray,
     law: tuple[int | None, float],
     tolerance: float,
     slight: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
-    """Return displacement (k, s), status (k,) and force (k, s); where none is found, of the last point.
-
-    Return also whether the load moves the nodes on for ever.
+    spring: float,
+    meets: Callable[[np.ndarray, np.ndarray], bool],
+) -> End:
+    """Find where the nodes go from zero displacement.
 
     Parameters
     ----------
     arrays : Condensed
     contact : Candidates
-        In their own frames, as b and u.
+        In their own frames, as b.
     b : (k, s)
-    u, status : (k, s), (k,)
+    status : (k,)
         First guess; kept.
     law : address, float
         Of friction, None without, and what multiplies its slip.
-    tolerance, slight : float
+    tolerance, slight, spring : float
         As for `SmallProblem.solve`.
+    meets : callable
+        Whether others meet the road at a displacement, and force, of a proximal point.
     """
-    found = newton(arrays, contact, b, u, status, *law, tolerance, slight)
+    last = found = Found(np.zeros_like(b), status, np.zeros_like(b), False)
+    if spring == 0.0:
+        found = newton(arrays, contact, b, last.u, status, *law, tolerance, slight)
     if found.converged:
-        return *found[:3], False
-    Q = np.linalg.qr(arrays.G)[0] if arrays.G.shape[1] else np.eye(u.size)
-    M, size, own = Q @ Q.T, np.linalg.norm(b), np.abs(arrays.block).max()
-    last = Found(u, status, np.zeros_like(u), False)
-    spring, fall, before, same, driven = own / FALL, FALL, size, np.inf, False
+        return End(*found[:3])
+    Q = np.linalg.qr(arrays.G)[0] if arrays.G.shape[1] else np.eye(b.size)
+    M, size = Q @ Q.T, max(np.linalg.norm(b), slight) or 1.0
+    fall, before, same, driven = FALL, size, np.inf, False
+    spring = (spring or np.abs(arrays.block).max()) / FALL
     for _ in range(POINTS):
         springs = spring * fall * M
         held = with_springs(arrays, springs)
-        pull = b + (springs @ last.u.ravel()).reshape(u.shape)
-        enough = max(tolerance, ENOUGH * before / size)
+        pull = b + (springs @ last.u.ravel()).reshape(b.shape)
+        enough = max(tolerance, ENOUGH * min(before / size, 1.0))
         point = newton(held, contact, pull, last.u, last.status, *law, enough, slight)
         if not point.converged:
             point = by_path(held, contact, pull, last, False, point, law, enough, slight)
@@ -199,11 +234,14 @@ def solved(
                 break
             continue
         spring, fall, step, last = spring * fall, FALL, point.u - last.u, point
+        force = (arrays.S @ last.u.ravel()).reshape(b.shape) - b
+        if meets(last.u, force):
+            return End(last.u, last.status, force, spring=spring)
         pulls = spring * np.linalg.norm(M @ step.ravel())
         if pulls < 0.5 * before or pulls <= tolerance * size:
             found = newton(arrays, contact, b, last.u, last.status, *law, tolerance, slight)
             if found.converged:
-                return *found[:3], False
+                return End(*found[:3])
             if pulls <= tolerance * size:
                 break
         if abs(pulls - before) > STEADY * before:
@@ -214,13 +252,13 @@ def solved(
             driven = pulls > SLOW * size
             break
         before = pulls
-    for pressed in (False, True):
+    for pressed in (True,) if driven else (False, True):
         found = by_path(arrays, contact, b, last, pressed, found, law, tolerance, slight)
         if found.converged:
-            return *found[:3], False
-    force = np.empty_like(u)
-    residual_of(arrays, contact, b, last.u, last.status, np.empty_like(u), force, *law)
-    return last.u, last.status, force, driven
+            return End(*found[:3])
+    force = np.empty_like(b)
+    residual_of(arrays, contact, b, last.u, last.status, np.empty_like(b), force, *law)
+    return End(last.u, last.status, force, driven)
 
 
 def with_springs(arrays: Condensed, springs: np.ndarray) -> Condensed:

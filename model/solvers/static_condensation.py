@@ -234,17 +234,26 @@ class Condensation:
         whole = Whole(contact, u, free, power, gap, known, status)
         missed = NOBODY if touches.any() or self.pins.size else worst(after, selected, tiny)
         selected[missed] = True
-        while selected.any() and (missed.size or not force.size):
-            active = self._set_up(np.flatnonzero(selected))
-            force, pins, moved = self.small.solve(whole, active, loop.slip_rate, tolerance, slight)
-            self._driven = self.small.driven
+        there, spring = np.zeros(known.shape), 0.0
+
+        def reached(force: np.ndarray, pins: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, ...]:
             if self._springs is not None:
-                force -= np.einsum("cab,ceb,ce->ca", self._springs[active], loop.frame[active], moved)
+                force = force - np.einsum("cab,ceb,ce->ca", self._springs[active], loop.frame[active], moved)
             there = free[loop.nodes] + self._spread(active, force, self._row)
             if pins.size:
-                move = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
-                there += move[loop.nodes]
-            after = gap + np.einsum("ca,ca->c", loop.frame[:, 0], there)
+                there += (self.shapes @ (self._seen @ pins)).reshape(u.shape)[loop.nodes]
+            return force, there, gap + np.einsum("ca,ca->c", loop.frame[:, 0], there)
+
+        def meets(*point: np.ndarray) -> bool:
+            return worst(reached(*point)[2], selected, tiny).size > 0
+
+        while selected.any() and (missed.size or not force.size):
+            active = self._set_up(np.flatnonzero(selected))
+            force, pins, moved = self.small.solve(
+                whole, active, there, spring, loop.slip_rate, tolerance, slight, meets
+            )
+            self._driven, spring = self.small.driven, self.small.spring
+            force, there, after = reached(force, pins, moved)
             missed = worst(after, selected, tiny)
             if not missed.size and self.rigid.count == self.pins.size:
                 missed = self._next_on_the_way(active, force, power, after, slight)
@@ -260,7 +269,7 @@ class Condensation:
             r[loop.nodes[active]] += force
             u += self.back_substitute(r)
         if pins.size:
-            u += move
+            u += (self.shapes @ (self._seen @ pins)).reshape(u.shape)
         place_all_on_surface(contact, u, status)
 
     def _next_on_the_way(
