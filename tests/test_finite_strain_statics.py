@@ -331,3 +331,15 @@ def test_a_body_held_aside_falls_on_a_slanted_wall(normal, mu):
     if mu is None:
         assert force == pytest.approx(force[-1] * np.array(normal), abs=1e-9)
     assert np.array_equal(solution.gap == 0.0, solution.status != 0)
+
+
+def test_solutions_know_their_time_so_that_the_road_is_seen_where_it_is():
+    elastic = Hyperelasticity(Body.from_grid(rectangle(1.0, 1.0, 2, 2)), NeoHookean(1.0, 0.3))
+    system = elastic.system(np.zeros((9, 2)), Support(elastic.body).fix("top", x=0.0, y=0.0))
+    rises = MovingRoad(Plane((0.0, -0.1)), lambda t: (0.0, 0.3 * t))
+    contact = BodyOnRoad(system, "bottom", rises)
+    for time, solution in zip((0.5, 1.0), FiniteContact(contact).follow([0.5, 1.0]), strict=True):
+        assert solution.time == time
+        gap = contact.fields(solution)[0]["gap"]
+        assert np.abs(gap[contact.nodes]).max() < 1e-9
+        assert gap[elastic.body.nodes("top")] == pytest.approx(1.1 - 0.3 * time)

@@ -112,6 +112,10 @@ def test_rectangles_and_boxes_have_their_sides():
         (lambda: half_cylinder(np.nan), "radius is nan"),
         (lambda: half_cylinder(10.0, columns=41), "41 columns"),
         (lambda: half_cylinder(10.0, spacing=1.0), "spacing 1 must"),
+        (
+            lambda: half_cylinder(10.0, columns=60),
+            "60 columns are too many .* at most 56",
+        ),
         (lambda: half_cylinder(10.0, layers=200), "200 cells"),
         (lambda: half_cylinder(10.0, cell="pentagon"), "'pentagon'"),
         (lambda: half_cylinder_nested(10.0, inner_half_width=11.0), "half_width is 11.0"),

@@ -100,7 +100,7 @@ class Of(str):
 def all_of(function):
     """A generator's function that takes all steps."""
 
-    @wraps(function)
+    @wraps(function, assigned=("__name__",) if inspect.isfunction(function) else ())
     def door(**arguments):
         return list(function(**arguments))
 
@@ -373,6 +373,11 @@ DOORS = [
         model.FiniteContact,
         {"contact": Of("finite")},
         {"contact": [None, "a", 3], "tolerance": [*POSITIVE, 1.0]},
+    ),
+    (
+        all_of(Of("finite contact.follow")),
+        {"times": [0.5, 1.0]},
+        {"times": [None, 3, [NAN], ["late"], [0.0], [1.0, 0.5], [True]], "first": optional(POSITIVE)},
     ),
     (Of("finite contact.solve"), {"steps": 1}, {"steps": [*WHOLE, 0]}),
     *(

@@ -90,7 +90,14 @@ def half_cylinder(
     evenly = max(1, min(round(even / spacing), columns // 2 - 1))
     s = np.tan(spacing * np.arange(evenly + 1) / radius / 2)
     x = ellipkinc(np.arcsin(2 * s / (k * (1 + s**2))), k**2)
-    rest = graded(ellipk(k**2) - x[-1], columns // 2 - evenly, x[-1] - x[-2])
+    left, first = ellipk(k**2) - x[-1], x[-1] - x[-2]
+    most = 2 * (evenly + int(left / first))
+    if columns > most:
+        raise ValueError(
+            f"{columns} columns are too many for a spacing of {spacing:g}, from which they grow; take at "
+            f"most {most}, or a smaller spacing."
+        )
+    rest = graded(left, columns // 2 - evenly, first)
     x = np.concatenate([x, x[-1] + rest[1:]])
     depth = graded(radius, layers, spacing, even / 2)
     t = depth / (2 * radius - depth)

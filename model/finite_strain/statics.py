@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array
 
-from checks import is_contact, is_tolerance, whole
+from checks import is_contact, is_tolerance, number, positive, refused, whole
 from model.curved.tangent_planes import RoadPlanes
 from model.finite_strain.definite import indefinite, shifted
 from model.finite_strain.system_forces import SystemForces
@@ -120,12 +120,18 @@ class FiniteContact:
         first : float, optional
             The first load step; default to the first of the times.
         """
+        if first is not None:
+            positive(first=first)
         nodes = self.problem.contact_nodes
         u, at, step = np.zeros_like(self.system.coordinates), 0.0, first
         status = np.zeros(nodes.size, dtype=np.int8)
         self.steps, self._pressure = [], np.zeros(nodes.size)
+        if not isinstance(times, Iterable):
+            raise refused("times", "a list of growing numbers > 0", times)
         for time in times:
             began = perf_counter()
+            if not at < number(time) < np.inf:
+                raise refused("times", f"finite numbers, each greater than the one before, here {at:g}", time)
             step = time - at if step is None else step
             while at < time:
                 to = time if at + step > time * (1.0 - 1e-9) else at + step
@@ -360,4 +366,5 @@ class FiniteContact:
             seconds=seconds,
             setup_seconds=0.0,
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
+            time=self._time,
         )
