@@ -248,6 +248,12 @@ def _require_order(mu_static: Any, mu_kinetic: Any) -> None:
         raise ValueError(f"mu_kinetic is {mu_kinetic}, but it must not exceed mu_static, {mu_static}.")
 
 
+@cache
+def _compiled(bound: Callable[..., Any]) -> Any:
+    """Compile a law when it is first asked for."""
+    return cfunc(SIGNATURE, cache=True)(bound)
+
+
 def _short(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"{value.min():g} to {value.max():g}"
@@ -273,16 +279,11 @@ def coulomb(mu: Any) -> FrictionLaw:
     >>> coulomb(0.3)(10.0), coulomb(np.array([0.1, 0.4]))
     (3.0, Coulomb(mu=0.1 to 0.4))
     """
-    return FrictionLaw(_coulomb_bound(), "Coulomb", mu=mu)
+    return FrictionLaw(_compiled(_coulomb), "Coulomb", mu=mu)
 
 
-@cache
-def _coulomb_bound() -> Any:
-    @cfunc(SIGNATURE, cache=True)
-    def bound(pressure, slip, node):
-        return node[1] * pressure
-
-    return bound
+def _coulomb(pressure: Any, slip: Any, node: Any) -> Any:
+    return node[1] * pressure
 
 
 def static_kinetic(mu_static: Any, mu_kinetic: Any) -> FrictionLaw:
@@ -310,17 +311,12 @@ def static_kinetic(mu_static: Any, mu_kinetic: Any) -> FrictionLaw:
     """
     _require_order(mu_static, mu_kinetic)
     return FrictionLaw(
-        _static_kinetic_bound(), "static and kinetic", mu_static=mu_static, mu_kinetic=mu_kinetic
+        _compiled(_static_kinetic), "static and kinetic", mu_static=mu_static, mu_kinetic=mu_kinetic
     )
 
 
-@cache
-def _static_kinetic_bound() -> Any:
-    @cfunc(SIGNATURE, cache=True)
-    def bound(pressure, slip, node):
-        return (node[2] if slip > 0.0 or node[0] > 0.0 else node[1]) * pressure
-
-    return bound
+def _static_kinetic(pressure: Any, slip: Any, node: Any) -> Any:
+    return (node[2] if slip > 0.0 or node[0] > 0.0 else node[1]) * pressure
 
 
 def viscous(mu: Any, viscosity: Any) -> FrictionLaw:
@@ -347,16 +343,11 @@ def viscous(mu: Any, viscosity: Any) -> FrictionLaw:
     >>> viscous(0.2, viscosity=5.0)(10.0, 0.1)
     2.5
     """
-    return FrictionLaw(_viscous_bound(), "viscous", mu=mu, viscosity=viscosity)
+    return FrictionLaw(_compiled(_viscous), "viscous", mu=mu, viscosity=viscosity)
 
 
-@cache
-def _viscous_bound() -> Any:
-    @cfunc(SIGNATURE, cache=True)
-    def bound(pressure, slip, node):
-        return node[1] * pressure + (node[2] * slip if pressure > 0.0 else 0.0)
-
-    return bound
+def _viscous(pressure: Any, slip: Any, node: Any) -> Any:
+    return node[1] * pressure + (node[2] * slip if pressure > 0.0 else 0.0)
 
 
 def stribeck(mu_static: Any, mu_kinetic: Any, speed: Any, viscosity: Any = 0.0) -> FrictionLaw:
@@ -389,7 +380,7 @@ def stribeck(mu_static: Any, mu_kinetic: Any, speed: Any, viscosity: Any = 0.0) 
     if not callable(speed) and not np.all(checks.numbers("speed", speed) > 0.0):
         raise ValueError(f"speed is {speed}, but the Stribeck speed is a finite number > 0.")
     return FrictionLaw(
-        _stribeck_bound(),
+        _compiled(_stribeck),
         "Stribeck",
         mu_static=mu_static,
         mu_kinetic=mu_kinetic,
@@ -398,11 +389,6 @@ def stribeck(mu_static: Any, mu_kinetic: Any, speed: Any, viscosity: Any = 0.0) 
     )
 
 
-@cache
-def _stribeck_bound() -> Any:
-    @cfunc(SIGNATURE, cache=True)
-    def bound(pressure, slip, node):
-        mu = node[2] + (node[1] - node[2]) * exp(-((slip / node[3]) ** 2))
-        return mu * pressure + (node[4] * slip if pressure > 0.0 else 0.0)
-
-    return bound
+def _stribeck(pressure: Any, slip: Any, node: Any) -> Any:
+    mu = node[2] + (node[1] - node[2]) * exp(-((slip / node[3]) ** 2))
+    return mu * pressure + (node[4] * slip if pressure > 0.0 else 0.0)

@@ -12,7 +12,7 @@ Appl. Mech. Eng. 92 (1991); Wriggers, Computational Contact Mechanics, 2nd ed., 
 import numpy as np
 from numba import njit
 
-from model.node_loop.contact_sweep import slip_along
+from model.node_loop.contact_sweep import slip_of
 from model.node_loop.friction_laws import allowed
 from model.node_loop.status import Status
 
@@ -48,17 +48,14 @@ def friction_tangent(contact, u, R, force, status, bound, slip_rate, by_pressure
         support[c] = 0.0
         if status[c] != Status.SLIP:
             continue
-        i, p, length, stiffness = contact.nodes[c], 0.0, 0.0, 0.0
-        t[:] = 0.0
+        i, p, (x, y) = contact.nodes[c], 0.0, slip_of(contact, c, u)
+        length, stiffness = (
+            np.sqrt(x * x + y * y),
+            max(contact.block[c, 1, 1], contact.block[c, d - 1, d - 1]),
+        )
         for a in range(d):
             p += contact.frame[c, 0, a] * force[c, a]
-        for b in range(1, d):
-            s = slip_along(contact, c, u, b)
-            for a in range(d):
-                t[a] += contact.frame[c, b, a] * s
-            length += s * s
-            stiffness = max(stiffness, contact.block[c, b, b])
-        length = np.sqrt(length)
+            t[a] = contact.frame[c, 1, a] * x + contact.frame[c, d - 1, a] * y
         if length == 0.0:
             continue
         m, state = slip_rate * length, contact.state[c]

@@ -120,20 +120,21 @@ def motions_of_each_body(
     coordinates: np.ndarray, body: np.ndarray, turning: np.ndarray | None = None
 ) -> np.ndarray:
     """Rigid motions of every body by itself, as columns (N d, 3 or 6 a body)."""
-    N, d = coordinates.shape
-    if np.all(body == 0):
-        return rigid_motions(coordinates, turning=turning).reshape(N * d, -1)
-    columns = [np.zeros((N * d, 0))]
-    for here in _each(body):
-        motions = np.zeros((N, d, 3 * d - 3))
-        motions[here] = rigid_motions(coordinates[here], turning=None if turning is None else turning[here])
-        columns.append(motions.reshape(N * d, -1))
+    motions, columns = _own_motions(coordinates, body, turning), [np.zeros((coordinates.size, 0))]
+    for number in np.flatnonzero(np.bincount(body[body >= 0])):
+        here = (body == number)[:, None, None]
+        columns.append(np.where(here, motions, 0.0).reshape(coordinates.size, -1))
     return np.hstack(columns)
 
 
-def _each(body: np.ndarray) -> list[np.ndarray]:
-    """Masks (k,) of the members of each body that has any."""
-    return [body == number for number in np.unique(body[body >= 0])]
+def _own_motions(coordinates: np.ndarray, body: np.ndarray, turning: np.ndarray | None) -> np.ndarray:
+    """Rigid motions (N, d, 3 or 6) of the body that each node belongs to."""
+    N, d = coordinates.shape
+    motions = np.zeros((N, d, 3 * d - 3))
+    for number in np.flatnonzero(np.bincount(body[body >= 0])):
+        here = body == number
+        motions[here] = rigid_motions(coordinates[here], turning=None if turning is None else turning[here])
+    return motions
 
 
 def unheld_motions(
@@ -149,22 +150,13 @@ def unheld_motions(
     would cost if every node moved alone; 1e-13 is above rounding, and below any real support, which resists
     at least at one node.
     """
-    N, d = coordinates.shape
-    one = bool(np.all(body == 0))
-    motions = rigid_motions(coordinates, turning=turning) if one else np.zeros((N, d, 3 * d - 3))
-    members = [np.flatnonzero(here) for here in ([] if one else _each(body))]
-    for here in members:
-        motions[here] = rigid_motions(coordinates[here], turning=None if turning is None else turning[here])
-    energy, alone = energies(d)(block_matrix(A), motions, body, 1 if one else len(members))
-    if one:
-        motions = motions.reshape(N * d, -1) @ free_amplitudes(energy[0], alone[0], least)
-        return np.linalg.qr(motions)[0]
+    motions, (N, d) = _own_motions(coordinates, body, turning), coordinates.shape
+    energy, alone = energies(d)(block_matrix(A), motions, body, body.max(initial=-1) + 1)
     columns = [np.zeros((N * d, 0))]
-    for number, here in enumerate(members):
-        column = np.zeros((N, d, motions.shape[2]))
-        column[here] = motions[here]
-        free = free_amplitudes(energy[number], alone[number], least)
-        columns.append(np.linalg.qr(column.reshape(N * d, -1) @ free)[0])
+    for number, (cost, scale) in enumerate(zip(energy, alone)):
+        free = motions.reshape(N * d, -1) @ free_amplitudes(cost, scale, least)
+        free.reshape(N, d, -1)[body != number] = 0.0
+        columns.append(np.linalg.qr(free)[0])
     return np.hstack(columns)
 
 

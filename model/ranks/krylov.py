@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy import vdot as inner
 from scipy.linalg import eigh_tridiagonal
 
-from model.solvers.truncated_multigrid import dot as inner
 from model.solvers.truncated_multigrid import step_along
 
 Operator = Callable[[np.ndarray], np.ndarray]

@@ -15,7 +15,7 @@ Optim. 20 (1982), and More and Toraldo, SIAM J. Optim. 1 (1991).
 import numpy as np
 from numba import njit
 
-from model.node_loop.contact_sweep import FREE, SLIP, place_on_surface
+from model.node_loop.contact_sweep import FREE, SLIP, gap_of, place_on_surface
 
 
 @njit(cache=True, error_model="numpy")
@@ -48,57 +48,43 @@ def projected_search(A, r, direction, product, contact, u, status):
         for a in range(d):
             slope -= r[i, a] * direction[i, a]
             curvature += direction[i, a] * product[i, a]
-    arrival, since = np.full(status.size, np.inf), np.zeros(N)
-    for c in range(status.size):
-        if status[c] == FREE:
-            gap, speed = contact.gap[c], 0.0
-            for a in range(d):
-                gap += contact.frame[c, 0, a] * u[contact.nodes[c], a]
-                speed += contact.frame[c, 0, a] * direction[contact.nodes[c], a]
-            if speed < 0.0:
-                arrival[c] = max(gap, 0.0) / -speed
     far = 1.0  # a full step of Newton's
+    arrival, speed, since = np.full(status.size, np.inf), np.zeros(status.size), np.zeros(N)
     for c in range(status.size):
-        if arrival[c] < np.inf:
+        for a in range(d):
+            speed[c] += contact.frame[c, 0, a] * direction[contact.nodes[c], a]
+        if status[c] == FREE and speed[c] < 0.0:
+            arrival[c] = max(gap_of(contact, c, u), 0.0) / -speed[c]
             far = max(far, arrival[c])
     far *= 1e10  # beyond, what is left of the curvature is rounding
     flat = 1e-12 * abs(slope)  # beyond that the sums above are rounding
-    order = np.argsort(arrival)
-    for c in order:
-        if slope >= -flat:
-            break
+    for c in np.argsort(arrival):
         best = t - slope / curvature if curvature > 0.0 else np.inf
-        if best <= min(arrival[c], far):
-            t, slope = best, 0.0
-            break
-        if arrival[c] == np.inf:
+        if slope >= -flat or best <= arrival[c]:
             break
         slope += (arrival[c] - t) * curvature
         t = arrival[c]
-        i = contact.nodes[c]
-        speed = 0.0
-        for a in range(d):
-            speed += contact.frame[c, 0, a] * direction[i, a]
+        i, v = contact.nodes[c], speed[c]
         for k in range(A.indptr[i], A.indptr[i + 1]):
             j = A.indices[k]
             for b in range(d):
                 r[j, b] -= (t - since[j]) * product[j, b]
-                if j == i:  # what the node no longer does, e = -speed n, changes slope and curvature
-                    slope += r[i, b] * speed * contact.frame[c, 0, b]
-                    curvature -= 2.0 * speed * contact.frame[c, 0, b] * product[i, b]
+                if j == i:  # what the node no longer does, e = -v n, changes slope and curvature
+                    slope += r[i, b] * v * contact.frame[c, 0, b]
+                    curvature -= 2.0 * v * contact.frame[c, 0, b] * product[i, b]
             since[j] = t
             for b in range(d):
                 change = 0.0
                 for a in range(d):
-                    change -= A.data[k, a, b] * speed * contact.frame[c, 0, a]
+                    change -= A.data[k, a, b] * v * contact.frame[c, 0, a]
                 product[j, b] += change
                 if j == i:
-                    curvature -= change * speed * contact.frame[c, 0, b]
+                    curvature -= change * v * contact.frame[c, 0, b]
         for a in range(d):
-            direction[i, a] -= speed * contact.frame[c, 0, a]
-            u[i, a] += t * speed * contact.frame[c, 0, a]
+            direction[i, a] -= v * contact.frame[c, 0, a]
+            u[i, a] += t * v * contact.frame[c, 0, a]
         status[c] = SLIP
-    if slope < -flat:  # all that can arrive has
+    if slope < -flat:  # no more arrive on the way
         best = t - slope / curvature if curvature > 0.0 else np.inf
         t, slope = (best, 0.0) if best < far else (t, slope)
     for i in range(N):

@@ -229,11 +229,6 @@ def dense_solver(level: Level, kernel: np.ndarray, symmetric: bool) -> Callable[
     return solve
 
 
-def dot(x: np.ndarray, y: np.ndarray) -> float:
-    """Sum of x * y."""
-    return float(np.vdot(x, y))
-
-
 @njit(cache=True, error_model="numpy", fastmath=FUSED)
 def step_along(alpha, direction, product, x, r):
     """Do x += alpha direction, r += alpha product, with product = -A direction; return the norm of r."""
@@ -496,7 +491,7 @@ class Multigrid:
         while cycles < KRYLOV:
             z = self.cycle(r, left=left)
             cycles += 1
-            power = dot(r, z)
+            power = np.vdot(r, z)
             if power <= 0.0:  # nothing is missing from what is linear
                 break
             self._project(left)
