@@ -51,6 +51,9 @@ HALVINGS = 4  # of the step
 SETTLED = 100.0
 IN_FLIGHT = 0.01  # of the tolerance that may be missing: there it shows in energy and spin, which are kept
 SLOW = 0.5  # fall of what is missing in an iteration that asks for an exact tangent
+# Iterations in which what is missing has not fallen to half of the least before, after which it will not: of
+# 680 attempts that succeeded, with 131 others that failed, all but three fell sooner.
+PATIENCE = 16
 DAMPING = (1.0, 0.5, 0.25, 0.125, 0.0625)  # parts of a Newton step that are tried
 
 
@@ -99,7 +102,13 @@ class FiniteMidpoint(Midpoint):
         try:
             return self._iterate(before, self._turned_increment, CONSTANT)
         except NotConverged:
+            if self._better_halved():
+                raise
             return self._iterate(before, self._exact_increment, EXACT, damped=True)
+
+    def _better_halved(self) -> bool:
+        """Tell whether to halve a step at once that the constant matrix does not solve."""
+        return False
 
     def _iterate(
         self, before: State, increment: Any, limit: int, damped: bool = False, combined: bool = True
@@ -107,7 +116,8 @@ class FiniteMidpoint(Midpoint):
         """Newton's method from the guess, with `increment(before, u1, b, gap, normal, back)` for a step."""
         body, nodes = self.body, self.body.contact_nodes
         load, anderson, flat = self.mean_load(before), Anderson(np.inf), getattr(body.road, "flat", False)
-        u1, sizes = self._guess(before), []
+        u1, sizes, least = self._guess(before, checked=damped or not combined), [], 0
+        floor = 1e-15 * float(np.abs(body.coordinates + u1).max()) * self._diagonal
         self._turn = self._rotations(0.5 * (before.displacement + u1))
         touch: Any = before
         missing, scale = self._missing(before, load, u1, None)
@@ -123,14 +133,13 @@ class FiniteMidpoint(Midpoint):
             touch = increment(last, u1, missing, gap, self._normal, back)
             self.iterations += 1
             sizes.append(self._left(missing, touch))
-            floor = 1e-15 * float(np.abs(body.coordinates + u1).max()) * self._diagonal
             image, forces = u1 + touch.increment, scale + length(touch.force)
             part = self.part_missing if before.count or touch.count else IN_FLIGHT
             good = part * self.tolerance * forces
-            stays = len(sizes) > 1 and sizes[-1] > SLOW * min(sizes[:-1])
-            if stays and sizes[-1] <= self.tolerance * forces:  # more than the tolerance is wished for, if
-                floor = sizes[-1]  # rounding lets it
-            lies = True
+            falls, lies = sizes[-1] <= SLOW * sizes[least] or len(sizes) == 1, True
+            least = len(sizes) - 1 if falls else least
+            if not falls and sizes[-1] <= self.tolerance * forces:  # more than the tolerance is wished for,
+                floor = max(floor, sizes[-1])  # if rounding lets it
             if planes is not None:
                 pressure = np.maximum(np.einsum("ca,ca->c", self._normal, touch.force), 0.0)
                 steady = 10 * self.tolerance * forces
@@ -138,7 +147,8 @@ class FiniteMidpoint(Midpoint):
                 touch = replace(touch, gap=np.where(touch.status == Status.FREE, planes.gap, 0.0))
             if lies and sizes[-1] <= max(good, floor):
                 return self._checked(before, image, touch, sizes[-1] / (forces or 1.0))
-            if not np.isfinite(sizes[-1]) or sizes[-1] > 1e6 * min(sizes):
+            hopeless = flat and combined and len(sizes) - least > PATIENCE
+            if hopeless or not np.isfinite(sizes[-1]) or sizes[-1] > 1e6 * sizes[least]:
                 break
             if damped:
                 u1, missing, scale = self._damped(before, load, u1, touch)
@@ -205,11 +215,14 @@ class FiniteMidpoint(Midpoint):
             raise self._turned_over(before)
         return best[1:]
 
-    def _guess(self, before: State) -> np.ndarray:
-        """Return where the body would be if its accelerations stayed, (N, d)."""
+    def _guess(self, before: State, checked: bool = True) -> np.ndarray:
+        """Return where the body would be if its accelerations stayed, (N, d).
+
+        If `checked`, with no cell turned over; the constant matrix leads out of that too.
+        """
         dt = self.dt
         guess = before.displacement + dt * before.velocity + 0.5 * dt**2 * before.acceleration
-        if not self.body.forces.volume_ratio(guess) > 0.0:
+        if checked and not self.body.forces.volume_ratio(guess) > 0.0:
             guess = before.displacement.copy()
         if self.body.supported:
             held = self.body.prescribed_at((before.step + 1) * dt)
@@ -406,7 +419,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
         energy, slipped, last = potential(state.displacement), 0.0, state
         flat = getattr(body.road, "flat", False)
         missing = missing_at(state.displacement)
-        turn = self._rotations(state.displacement)[nodes]
+        turn = self._turn[nodes] if state.step else self._rotations(state.displacement)[nodes]
         rest, solver = np.inf, TurnedSolver(self.solvers["massless"])
         for _ in range(EXACT):
             u = state.displacement
