@@ -60,6 +60,18 @@ def test_a_bounce_keeps_energy_and_contact_exact(mu):
     assert history["momentum_error"].max() < 1e-9
 
 
+def test_steps_that_resolve_no_waves_keep_energy_and_end_soon():
+    """Where friction and waves leave no stress along C1 - C0, attempts end after 16 idle iterations."""
+    body = ring_above_road(0.5, height=0.05, around=96, across=6)
+    scheme = LosslessContact(body, 0.01)
+    begin = scheme.start(velocity=np.zeros_like(body.coordinates) + [10.0, 0.0])
+    history, spent = History(scheme, begin), []
+    for _ in integrate(scheme, begin, 16, history, progress=False):
+        spent.append(scheme.iterations)
+    assert 60 < max(spent) < 700  # 1,149 where each attempt goes on to its limit
+    assert abs(history["total"][-1] - history["total"][0]) < 1e-9 * history["kinetic"][0]
+
+
 def test_small_steps_lead_where_those_of_the_end_force_lead():
     off = {}
     for dt in (0.005, 0.00125):

@@ -419,7 +419,7 @@ class EnergyMomentum(MassRedistribution, FiniteMidpoint):
         energy, slipped, last = potential(state.displacement), 0.0, state
         flat = getattr(body.road, "flat", False)
         missing = missing_at(state.displacement)
-        turn = self._turn[nodes] if state.step else self._rotations(state.displacement)[nodes]
+        turn = self._rotations(state.displacement)[nodes]
         rest, solver = np.inf, TurnedSolver(self.solvers["massless"])
         for _ in range(EXACT):
             u = state.displacement
