@@ -232,7 +232,7 @@ class CurvedContact:
                         **options,
                     )
                 except (NotConverged, np.linalg.LinAlgError):
-                    if not hold.tighten():
+                    if not hold.needed():
                         raise
                     continue
                 iterations.append(solution)

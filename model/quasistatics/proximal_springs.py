@@ -30,6 +30,7 @@ class ProximalSprings:
 
     def __init__(self, rigid: RigidModes | None, unit: float, shape: Any):
         self.rigid, self.unit, self.shape, self.stiffness = rigid, unit, shape, 0.0
+        self._patience, self._wait = 0, 0
 
     def springs(self) -> np.ndarray:
         """Stiffness (n, d, d)."""
@@ -48,6 +49,15 @@ class ProximalSprings:
         self.stiffness = TIMES * self.stiffness or FIRST
         return True
 
+    def needed(self) -> bool:
+        """As `tighten`, for springs so soft that there was no solution: they stay longer each time."""
+        self._patience = 2 * self._patience + 1
+        self._wait = self._patience
+        return self.tighten()
+
     def loosen(self) -> None:
-        """Make the springs softer, and take away what is hardly left."""
+        """Make the springs softer, and take away what is hardly left; unless they are to stay yet."""
+        if self._wait:
+            self._wait -= 1
+            return
         self.stiffness = self.stiffness / TIMES if self.stiffness * MOST > 1.0 else 0.0
