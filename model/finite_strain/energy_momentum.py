@@ -102,13 +102,7 @@ class FiniteMidpoint(Midpoint):
         try:
             return self._iterate(before, self._turned_increment, CONSTANT)
         except NotConverged:
-            if self._better_halved():
-                raise
             return self._iterate(before, self._exact_increment, EXACT, damped=True)
-
-    def _better_halved(self) -> bool:
-        """Tell whether to halve a step at once that the constant matrix does not solve."""
-        return False
 
     def _iterate(
         self, before: State, increment: Any, limit: int, damped: bool = False, combined: bool = True

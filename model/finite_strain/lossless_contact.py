@@ -89,10 +89,6 @@ class LosslessContact(EnergyMomentum):
             return super()._end(before) if found is None else found
         return u1, replace(touch, force=2.0 * touch.force)
 
-    def _better_halved(self) -> bool:
-        """Tell whether to halve a step at once: the exact tangent knows nothing of `a`, and helps seldom."""
-        return self._lossless and self.halvings > 0
-
     def _missing(
         self, before: State, load: np.ndarray, u1: np.ndarray, touch: Touch | None
     ) -> tuple[np.ndarray, float]:
