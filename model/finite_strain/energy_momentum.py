@@ -174,7 +174,8 @@ class FiniteMidpoint(Midpoint):
 
     def _free(self, force: np.ndarray) -> np.ndarray:
         """Return forces (n, d) at nodes that may touch without what supports there bear."""
-        return np.where(self.body.prescribed[self.body.contact_nodes], 0.0, force)
+        body = self.body
+        return np.where(body.prescribed[body.contact_nodes], 0.0, force) if body.supported else force
 
     def _checked(
         self, before: State, u1: np.ndarray, touch: Touch, residual: float
