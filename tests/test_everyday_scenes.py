@@ -5,9 +5,10 @@ from random import SystemRandom
 import numpy as np
 import pytest
 from everyday.judge import Answer, Posed, complaints, driven_power
+from everyday.rest import rests_nowhere, slides_on
 from everyday.run import outcomes
 from everyday.scenes import drawn
-from everyday.trial import tried
+from everyday.trial import _posed, tried
 from scipy.sparse import csr_array
 
 
@@ -71,6 +72,35 @@ def test_the_judge_finds_the_motion_that_nothing_stops(tilt, mu):
     assert (driven_power(posed) > 1e-7) == (slides or tips)
 
 
+@pytest.mark.parametrize("number", [2429, 7000665, 7001554])
+def test_the_judge_proves_that_friction_holds_a_body_nowhere(number):
+    # rigid motions alone do not tell: forces would balance if nodes touched that never do so together
+    posed = _posed(drawn(number))
+    assert driven_power(posed) < 1e-7
+    assert rests_nowhere(posed)
+
+
+@pytest.mark.parametrize("number", [362, 748, 1533, 2010, 4000645])
+def test_the_judge_proves_nothing_of_bodies_that_rest(number):
+    assert not rests_nowhere(_posed(drawn(number)))
+
+
+@pytest.mark.parametrize("tilt", [0.1, 0.4])
+@pytest.mark.parametrize("mu", [0.2, 0.3])
+def test_a_rigid_block_in_a_fluid_slides_on_where_the_slope_is_steeper_than_friction(tilt, mu):
+    x = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.2]])
+    A = np.zeros((6, 6))
+    for i, j in [(0, 1), (1, 2), (2, 0)]:
+        along = np.zeros(6)
+        along[2 * i : 2 * i + 2], along[2 * j : 2 * j + 2] = x[i] - x[j], x[j] - x[i]
+        A += np.outer(along, along)
+    weight = np.tile([np.sin(tilt), -np.cos(tilt)], (3, 1))
+    up = np.tile([0.0, 1.0], (2, 1))
+    posed = Posed(csr_array(A), weight, x, np.array([0, 1]), up, np.full(2, 0.1), mu, np.zeros((2, 2)))
+    assert slides_on(posed) == (np.tan(tilt) > mu)
+    assert rests_nowhere(posed) == (np.tan(tilt) > mu)
+
+
 def test_a_number_draws_the_same_scene():
     one, other = drawn(7), drawn(7)
     assert str(one) == str(other)
@@ -102,6 +132,8 @@ def test_a_scene_that_does_not_converge_comes_to_an_end():
             "solved",
             "not converged",
             "refused, confirmed",
+            "none exists, proved",
+            "endless, seen twice",
         )
 
 

@@ -17,7 +17,12 @@
 # - **wrong**: it does not;
 # - **refused, confirmed**: a rigid motion that nothing stops is driven by the load, and the judge finds it too;
 # - **refused wrongly**: it finds none;
-# - **not converged**: the solver says so itself.
+# - **none exists, proved**: on a plane, with friction, the solver did not converge, and the judge proves that forces
+#   and moments balance at no place where the body can be;
+# - **endless, seen twice**: the solver did not converge, and the rigid body in a fluid, let go under Coulomb's law,
+#   ends in a motion that nothing stops, by conic programmes alone: a second calculation, but no proof that there
+#   is no equilibrium elsewhere;
+# - **not converged**: the solver says so itself, and the judge knows no better.
 #
 # The scenes are in the folder `everyday`. A run that is interrupted (Ctrl-C) reports the scenes that have ended, and
 # the next goes on from there.
@@ -32,6 +37,7 @@ from everyday import outcomes
 from harness.scene import Scene
 from tabulate import tabulate
 
+FINE = ("solved", "refused, confirmed", "none exists, proved", "endless, seen twice")
 BAD = ("wrong", "refused wrongly", "not converged")
 KINDS = {
     "frictionless, flat": lambda one: not one["friction"] and not one["curved"],
@@ -60,16 +66,18 @@ def report() -> None:
     for name, belongs in KINDS.items():
         some = [one for one in found if belongs(one)]
         count = Counter(one["outcome"] for one in some)
-        rows.append([name, len(some), *(count[o] for o in ("solved", "refused, confirmed", *BAD))])
+        rows.append([name, len(some), *(count[o] for o in (*FINE, *BAD))])
         for outcome in BAD:
             scene.result(f"{outcome}[{name}]", count[outcome], "1", 0.0)
         scene.result(f"scenes[{name}]", len(some), "1")
-    print(tabulate(rows, ["scenes", "number", "solved", "refused, confirmed", *BAD]))
+    print(tabulate(rows, ["scenes", "number", *FINE, *BAD]))
     count = Counter(one["outcome"] for one in found)
     for outcome in BAD:
         scene.result(outcome, count[outcome], f"of {len(found)} scenes", 0.0, "wanted", "at most")
+    for outcome in FINE[2:]:
+        scene.result(outcome, count[outcome], f"of {len(found)} scenes")
     for one in found:
-        if one["outcome"] in BAD:
+        if one["outcome"] in (*FINE[2:], *BAD):
             print(f"{one['outcome']}: {one['scene']}: {one['said']}")
 
     solved = [one for one in found if one["outcome"] == "solved"]

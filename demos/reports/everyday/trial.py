@@ -25,9 +25,18 @@ from .judge import (
     never_rests,
     prescribed_below,
 )
+from .rest import rests_nowhere, slides_on
 from .scenes import SMALL_ENOUGH, Scene, elastic
 
-OUTCOMES = ("solved", "wrong", "refused, confirmed", "refused wrongly", "not converged")
+OUTCOMES = (
+    "solved",
+    "wrong",
+    "refused, confirmed",
+    "refused wrongly",
+    "none exists, proved",
+    "endless, seen twice",
+    "not converged",
+)
 STEPS = 4  # of a load path
 EDGE = 1e-3  # of DRIVEN: between the two, either answer will do
 
@@ -100,9 +109,7 @@ def tried(scene: Scene) -> dict[str, Any]:
                 outcome.outcome, outcome.said = "wrong", f"step {number}: " + "; ".join(wrong)
                 break
     except NotConverged as error:
-        outcome.outcome, outcome.said = "not converged", str(error)
-        if _power(scene) > DRIVEN or _never_rests(scene):
-            outcome.outcome = "refused, confirmed"
+        outcome.outcome, outcome.said = _without_answer(scene), str(error)
     except ValueError as error:
         confirmed = _power(scene) > EDGE * DRIVEN or (scene.curved and _never_rests(scene))
         confirmed = confirmed or prescribed_below(_posed(scene), scene.road, scene.pressed.points)
@@ -112,6 +119,19 @@ def tried(scene: Scene) -> dict[str, Any]:
         outcome.outcome, outcome.said = "wrong", f"{type(error).__name__}: {error}"
     outcome.seconds = outcome.seconds or time.perf_counter() - began
     return asdict(outcome)
+
+
+def _without_answer(scene: Scene) -> str:
+    """Say what the judge thinks of a scene that the solver did not solve."""
+    if _power(scene) > DRIVEN or _never_rests(scene):
+        return "refused, confirmed"
+    if not scene.curved and scene.words["kind"] != "time step":  # in which inertia balances any load
+        posed = _posed(scene)
+        if rests_nowhere(posed):
+            return "none exists, proved"
+        if slides_on(posed):
+            return "endless, seen twice"
+    return "not converged"
 
 
 def _power(scene: Scene) -> float:
