@@ -60,7 +60,7 @@ scene.figure(way_over_time(lines, "speed of the centre (m/s)"), "sliding_to_roll
 # **Down an incline** of 10 degrees it rolls with $g \sin\theta / (1 + I / (m R^2))$, or slides, with $g (\sin\theta - \mu \cos\theta)$,
 # where $\mu < \tan\theta / (1 + m R^2 / I)$. **Thrown at 10 m/s without spin** it bounces, slides, and at last rolls; about the road's
 # line under the centre the road has no moment, so a stiff ring ends at $v_0 / (1 + I / (m R^2))$, whatever the friction. The
-# paper's is flattened where friction acts; this one is a thousand times stiffer. **Under torque** a wheel creeps: Carter's
+# paper's is flattened where friction acts; this one is a thousand times stiffer, and rolls from 3.9 s on. **Under torque** a wheel creeps: Carter's
 # $\xi = (\mu a / R) (1 - \sqrt{1 - Q / (\mu P)})$, for half planes, here at $Q = 0.75\, \mu P$.
 
 # %%
