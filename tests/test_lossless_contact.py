@@ -68,7 +68,7 @@ def test_steps_that_resolve_no_waves_keep_energy_and_end_soon():
     history, spent = History(scheme, begin), []
     for _ in integrate(scheme, begin, 16, history, progress=False):
         spent.append(scheme.iterations)
-    assert 60 < max(spent) < 900  # 1,149 where each attempt goes on to its limit
+    assert 60 < max(spent) < 1100  # 1,149 where each attempt goes on to its limit
     assert abs(history["total"][-1] - history["total"][0]) < 1e-9 * history["kinetic"][0]
 
 
