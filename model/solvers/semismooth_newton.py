@@ -76,7 +76,7 @@ def newton(arrays, contact, b, start, start_status, bound, slip_rate, tolerance,
     place_all_on_surface(contact, u, status)
     best, idle = residual_of(arrays, contact, b, u, status, R, pushed, bound, slip_rate), 0
     trial, decided, force, mark = u.copy(), status.copy(), pushed.copy(), best
-    while idle < CHAIN and best > max(tolerance, rounding_of(arrays, b, u, force, slight)):
+    while idle < CHAIN and best > max(tolerance, rounding_of(arrays, b, u, force, 0.0)):
         step, driven = newton_step(arrays, contact, trial, decided, R, pushed, bound, slip_rate, slight)
         if driven:
             break
