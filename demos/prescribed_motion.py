@@ -57,7 +57,8 @@ scene.result("spring_off", np.abs(Q - k * s).max() / Q[-1], "of Q", 0.0, "eq. (a
 remainder = max(sheet.remainder for sheet in sheets)
 scene.result("sheet_open_by", remainder, "of the largest force", 0.0, "equilibrium")
 slips = np.array([np.mean(solution.status[solution.status > 0] == 1) for solution in solutions])
-forces, since = {"Q, force of the spring": Q, "mu N": mu * N}, slice(steps[0] - 1, None)
+rigid, since = np.minimum(k * way, mu * N), slice(steps[0] - 1, None)
+forces = {"Q, force of the spring": Q, r"$\mu N$": mu * N, "Q, rigid block, (a)": rigid}
 panels = {"force (N/mm)": forces, "share of touching nodes that slip": {"computed": slips}}
 scene.figure(panels_over(way, panels, "way of the belt (mm)", since), "belt")
 contact.write(scene.out / "belt.xdmf", solutions[-1])

@@ -281,7 +281,7 @@ def area_and_friction(paths: Mapping[str, Any], mu: float) -> Figure:
         right.plot(path.way[~pressing], path.friction[~pressing], markevery=few, **kept)
     left.set(xlabel="mean pressure (MPa)", ylabel="real contact area (of the blocks)")
     right.set(xlabel="way of the road (mm)", ylabel="tangential force (of the load)")
-    right.axhline(mu, color="0.5", linestyle=":", label="mu")
+    right.axhline(mu, color="0.5", linestyle=":", label=r"$\mu$")
     left.legend(frameon=False)
     right.legend(frameon=False)
     return figure
