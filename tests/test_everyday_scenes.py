@@ -5,7 +5,7 @@ from random import SystemRandom
 import numpy as np
 import pytest
 from everyday.judge import Answer, Posed, complaints, driven_power
-from everyday.rest import rests_nowhere, slides_on
+from everyday.rest import rests_nowhere, slides_on, slips_for_certain
 from everyday.run import outcomes
 from everyday.scenes import drawn
 from everyday.trial import _posed, tried
@@ -80,9 +80,18 @@ def test_the_judge_proves_that_friction_holds_a_body_nowhere(number):
     assert rests_nowhere(posed)
 
 
-@pytest.mark.parametrize("number", [362, 748, 1533, 2010, 4000645])
+def test_the_judge_proves_that_a_cube_is_pressed_too_little_to_be_kept_from_turning():
+    # pinned on top and flat on the road, it could be wedged as tight as one likes if it were rigid
+    posed = _posed(drawn(163))
+    assert not rests_nowhere(posed)
+    assert slips_for_certain(posed)
+
+
+@pytest.mark.parametrize("number", [362, 748, 1533, 2010, 4000697])
 def test_the_judge_proves_nothing_of_bodies_that_rest(number):
-    assert not rests_nowhere(_posed(drawn(number)))
+    posed = _posed(drawn(number))
+    assert not rests_nowhere(posed)
+    assert not slips_for_certain(posed)
 
 
 @pytest.mark.parametrize("tilt", [0.1, 0.4])
@@ -99,6 +108,7 @@ def test_a_rigid_block_in_a_fluid_slides_on_where_the_slope_is_steeper_than_fric
     posed = Posed(csr_array(A), weight, x, np.array([0, 1]), up, np.full(2, 0.1), mu, np.zeros((2, 2)))
     assert slides_on(posed) == (np.tan(tilt) > mu)
     assert rests_nowhere(posed) == (np.tan(tilt) > mu)
+    assert not (slips_for_certain(posed) and np.tan(tilt) <= mu)
 
 
 def test_a_number_draws_the_same_scene():

@@ -18,7 +18,7 @@
 # - **refused, confirmed**: a rigid motion that nothing stops is driven by the load, and the judge finds it too;
 # - **refused wrongly**: it finds none;
 # - **none exists, proved**: on a plane, with friction, the solver did not converge, and the judge proves that forces
-#   and moments balance at no place where the body can be;
+#   and moments balance at no place where the body can be, or that it is pressed too little for friction to hold it;
 # - **endless, seen twice**: the solver did not converge, and the rigid body in a fluid, let go under Coulomb's law,
 #   ends in a motion that nothing stops, by conic programmes alone: a second calculation, but no proof that there
 #   is no equilibrium elsewhere;

@@ -6,16 +6,19 @@ motion that no admissible force of the nodes touching there resists (Farkas' lem
 solver), forces and moments balance nowhere, whatever friction does: `rests_nowhere` is a proof, which knows
 nothing of springs, paths or Newton's steps. Nodes within what an elastic body may give way count as touching.
 
-Where friction might balance the load if the pressure were large enough, that is not decided. `slides_on` is
-then a second opinion, and no proof: the rigid body in a fluid, let go under Coulomb's law.
+Where friction might balance the load if the pressure were large enough, elasticity decides how large it can be,
+which `slips_for_certain` bounds. `slides_on` is a second opinion, and no proof: the rigid body in a fluid, let go
+under Coulomb's law.
 """
 
 from dataclasses import replace
 from itertools import combinations
+from typing import Any
 
 import clarabel
 import numpy as np
-from scipy.sparse import csc_array, csr_array
+from scipy.linalg import null_space
+from scipy.sparse import csc_array, csr_array, vstack
 
 from .judge import (
     DRIVEN,
@@ -34,6 +37,7 @@ from .judge import (
 GIVES = 10.0  # times the displacement by the load alone: gaps of nodes that may touch
 ROOM = 1e-7  # of the size, and of the way there: rounding of a gap
 PARALLEL = 1e-12  # determinant of motions of unit size in which nodes touch that never do so together
+CERTAIN = 0.1  # margin of a proof
 ROUNDS, SETTLED = 100, 1e-6  # of friction's bounds, and their change, of the load, that is none
 
 
@@ -74,6 +78,69 @@ def _gives_way(posed: Posed, Z: np.ndarray) -> float:
     P = csr_array(posed.A)[keep][:, keep] * soft
     _, x, found = _minimum(P, -b[keep] / strength, rows, np.zeros(Z.shape[1]), cones)
     return float(np.abs(x).max()) * soft * strength if found else np.inf
+
+
+def slips_for_certain(posed: Posed) -> bool:
+    """Tell whether it is certain that the load slides the body along the road, for it is pressed too little.
+
+    At an equilibrium let u be the displacement without the free motions Z along the road, which change neither
+    gaps nor A u; E its norm, E^2 = u.A u; and P the sum of the pressures p. Then
+
+        E^2 = b.u - g.p + sum tau.u_t <= beta E + mu kappa E P,                                          (1)
+
+    beta and kappa being the largest b.u, and |u_t| of a node, at E = 1 with no node below the road that is on it
+    at rest. For any w with n.w - mu |w_t| >= 1 at all nodes, W its norm,
+
+        P <= sum (p n.w + tau.w_t) = w.A u - b.w <= W E - b.w,                                           (2)
+
+    so that E is bounded, and P. But b.z = -sum tau.z_t <= mu P max |z_t| for z = Z Z.b.
+    """
+    motions, d = free_motions(posed), posed.b.shape[1]
+    free = ~posed.prescribed
+    loose = free.reshape(posed.b.shape)[posed.nodes].all(axis=1)  # forces on held nodes do no work
+    frame, nodes, n = _frames(posed.normal[loose]), posed.nodes[loose], int(loose.sum())
+    if not motions.shape[1] or not n or _moves_its_supports(posed):
+        return False
+    across = np.einsum("ca,cam->cm", frame[:, 0], motions.reshape(-1, d, motions.shape[1])[nodes])
+    Z = motions @ null_space(across, rcond=1e-9)
+    if not Z.shape[1]:
+        return False
+    rows = np.zeros((n, d, *posed.b.shape))
+    rows[np.arange(n), :, nodes] = frame
+    rows = rows.reshape(n, d, -1)[:, :, free]
+    A, b = csr_array(posed.A)[free][:, free] * _softness(posed), posed.b.ravel()[free]
+    b, on_road = b / (np.linalg.norm(b) or 1.0), posed.gap[loose] <= 0.0
+    z = Z @ (Z[free].T @ b)
+    fastest = np.linalg.norm(z.reshape(posed.b.shape)[nodes], axis=1).max()
+    most = _most_pressure(A, b, rows, on_road, csr_array(Z[free].T), posed.mu)
+    return bool(z[free] @ b > (1.0 + CERTAIN) * posed.mu * most * fastest)
+
+
+def _most_pressure(
+    A: Any, b: np.ndarray, rows: np.ndarray, on_road: np.ndarray, along: Any, mu: float
+) -> float:
+    """Return the bound of (2) on P; rows (k, d, N) give the nodes' displacements along normals and tangents."""
+    (k, d, N), m = rows.shape, along.shape[0]
+    apart, off = clarabel.ZeroConeT(m), clarabel.NonnegativeConeT(int(on_road.sum()))
+    blocks = vstack([csr_array(-rows[on_road, 0]), along]) if on_road.any() else along
+
+    def most(h: np.ndarray) -> float:
+        """Return the largest h.u at E = 1."""
+        cones = [off, apart] if on_road.any() else [apart]
+        value, _, found = _minimum(A, -h, blocks, np.zeros(blocks.shape[0]), cones)
+        return float(np.sqrt(max(-2.0 * value, 0.0))) if found else np.inf
+
+    lift = np.concatenate([-rows[:, :1], -mu * rows[:, 1:]], axis=1).reshape(k * d, N)
+    right = np.append(np.tile(-np.eye(d)[0], k), np.zeros(m))
+    cones = [clarabel.SecondOrderConeT(d)] * k + [apart]
+    _, w, found = _minimum(A, np.zeros(N), vstack([csr_array(lift), along]), right, cones)
+    if not found:
+        return np.inf
+    W, weight = float(np.sqrt(max(w @ (A @ w), 0.0))), max(-float(b @ w), 0.0)
+    sides = [max(most(row), most(-row)) for row in rows[:, 1:].reshape(-1, N)]
+    kappa = float(np.linalg.norm(np.reshape(sides, (k, d - 1)), axis=1).max())
+    rest = 1.0 - mu * kappa * W
+    return W * (most(b) + mu * kappa * weight) / rest + weight if rest > 0.0 else np.inf
 
 
 def _moves_its_supports(posed: Posed) -> bool:

@@ -25,7 +25,7 @@ from .judge import (
     never_rests,
     prescribed_below,
 )
-from .rest import rests_nowhere, slides_on
+from .rest import rests_nowhere, slides_on, slips_for_certain
 from .scenes import SMALL_ENOUGH, Scene, elastic
 
 OUTCOMES = (
@@ -127,7 +127,7 @@ def _without_answer(scene: Scene) -> str:
         return "refused, confirmed"
     if not scene.curved and scene.words["kind"] != "time step":  # in which inertia balances any load
         posed = _posed(scene)
-        if rests_nowhere(posed):
+        if rests_nowhere(posed) or slips_for_certain(posed):
             return "none exists, proved"
         if slides_on(posed):
             return "endless, seen twice"
