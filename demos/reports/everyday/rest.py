@@ -113,6 +113,8 @@ def slips_for_certain(posed: Posed) -> bool:
     z = Z @ (Z[free].T @ b)
     fastest = np.linalg.norm(z.reshape(posed.b.shape)[nodes], axis=1).max()
     most = _most_pressure(A, b, rows, on_road, csr_array(Z[free].T), posed.mu)
+    if not np.isfinite(most):
+        return False
     return bool(z[free] @ b > (1.0 + CERTAIN) * posed.mu * most * fastest)
 
 
