@@ -238,9 +238,9 @@ def is_road(road: Any) -> None:
         raise ValueError(f"The road is the class {road.__name__}; give a road of it, {road.__name__}(...).")
     if not (hasattr(road, "closest") or hasattr(road, "at")):
         raise ValueError(
-            f"The road is of type {type(road).__name__}, {said(road)}; give one of geometry's, say Plane(), "
+            f"The road is of type {type(road).__name__}; give one of geometry's, say Plane(), "
             "SeveralRoads(...) of some, or whatever has closest(points); files and arrays become roads by "
-            "read_samples, LinearRoad, SurfaceRoad and their like."
+            f"read_samples, LinearRoad, SurfaceRoad and their like. It was {said(road)}."
         )
 
 

@@ -52,7 +52,7 @@ class SeveralRoads:
     def __init__(self, roads: Sequence[Any]):
         self.roads = list(roads)
         if not self.roads:
-            raise refused("roads", "a list of one road or more", roads)
+            raise refused("roads", "a list of one road or more, and this has no roads", roads)
         for road in self.roads:
             is_road(road)
 
