@@ -141,8 +141,8 @@ class SmallProblem:
         target, known, first = target[:, :s], known[:, :s], first[:, :s].copy()
         b = (arrays.bare @ target.ravel() + arrays.Y @ whole.power).reshape(k, s) - known
         b -= (arrays.S @ first.ravel()).reshape(k, s)
-        # a node's own stiffness, for that which is left of it in S may be none
-        own = arrays.block if self._bound is None else candidates.block[active]
+        # a node's own stiffness, for of that which is left of it in S there may be none
+        own = candidates.block[active][:, :s, :s].copy()
         reference = (candidates.reference[active] - been[:, 1:])[:, : s - 1] - first[:, 1:]
         state = candidates.state[active]
         contact = Candidates(
@@ -219,7 +219,7 @@ def solved(
     Q = np.linalg.qr(arrays.G)[0] if arrays.G.shape[1] else np.eye(b.size)
     M, size = Q @ Q.T, max(np.linalg.norm(b), slight) or 1.0
     fall, before, same, driven = FALL, size, np.inf, False
-    spring = (spring or np.abs(arrays.block).max()) / FALL
+    spring = (spring or np.abs(arrays.block).max() or np.abs(contact.block).max()) / FALL
     for _ in range(POINTS):
         springs = spring * fall * M
         held = with_springs(arrays, springs)
