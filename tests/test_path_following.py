@@ -151,7 +151,7 @@ def test_friction_that_turns_far_from_the_start_stops_a_body():
     assert outcome["outcome"] == "solved", outcome["said"]
 
 
-@pytest.mark.parametrize("number", [949, 1408, 1595, 1625, 2016, 2250, 4000645, 5263, 7000656])
+@pytest.mark.parametrize("number", [949, 1408, 1595, 1625, 2016, 2250, 4000645, 5263, 7000656, 8242])
 def test_bodies_that_roll_or_fall_take_few_steps(number):
     """Once up to 1325 in a solve, whose small problems all began where the body had begun."""
     outcome = tried(drawn(number))

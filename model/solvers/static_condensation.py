@@ -110,6 +110,7 @@ class Condensation:
             couplings = matrix[:, self.pins].toarray()
             self.shapes = -self.factor.solve(kept[:, None] * couplings)
             self.shapes[self.pins] = np.eye(p)
+        if p > modes.shape[1]:
             rigid = np.linalg.qr(modes[self.pins])[0]
             outside = np.eye(p) - rigid @ rigid.T
             resistance = outside @ (matrix @ self.shapes)[self.pins] @ outside
