@@ -145,12 +145,6 @@ def test_what_friction_alone_could_hold_is_said_to_turn():
     assert "friction, which alone could hold the body against a rotation about" in outcome["said"]
 
 
-def test_friction_that_turns_far_from_the_start_stops_a_body():
-    """On a slope of 0.29 with mu = 0.3, once all slips point downhill; until then it creeps steadily."""
-    outcome = tried(drawn(4000815))
-    assert outcome["outcome"] == "solved", outcome["said"]
-
-
 @pytest.mark.parametrize("number", [949, 1408, 1595, 1625, 2016, 2250, 4000645, 5263, 7000656, 8242])
 def test_bodies_that_roll_or_fall_take_few_steps(number):
     """Once up to 1325 in a solve, whose small problems all began where the body had begun."""

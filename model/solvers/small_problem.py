@@ -32,8 +32,8 @@ POINTS = 40  # at most
 FALL = 0.1  # of the springs from one proximal point to the next,
 SLOWEST = 0.7  # and where that is too quick its root, up to this
 STEADY = 0.05  # change of what springs pull that is none: where it stays below that
-FAR = 1e-3  # while the springs fall to so much, no free node comes nearer
-SLOW = 1e-6  # of the motion by more than so much, and friction turns no more, the motion never ends
+FAR = 1e-3  # while the springs fall to so much, and no free node comes nearer
+SLOW = 1e-6  # of the motion by more than so much, the motion never ends
 
 
 class SmallProblem:
@@ -246,11 +246,7 @@ def solved(
                 break
         if abs(pulls - before) > STEADY * before:
             same = spring
-        elif (
-            spring > FAR * same
-            or np.any(step[last.status == FREE, 0] < -SLOW * np.abs(step).max())
-            or np.linalg.norm(M @ friction_turns(contact, last, step / SLOW).ravel()) > STEADY * pulls
-        ):
+        elif spring > FAR * same or np.any(step[last.status == FREE, 0] < -SLOW * np.abs(step).max()):
             fall = FALL**2
         else:
             driven = pulls > SLOW * size
@@ -263,18 +259,6 @@ def solved(
     force = np.empty_like(b)
     residual_of(arrays, contact, b, last.u, last.status, np.empty_like(b), force, *law)
     return End(last.u, last.status, force, driven)
-
-
-def friction_turns(contact: Candidates, at: Found, motion: np.ndarray) -> np.ndarray:
-    """What friction changes (k, s) as the slips turn from where nodes are along a motion (k, s)."""
-    change, slip = np.zeros_like(motion), at.u[:, 1:] - contact.reference
-    before, after = (
-        x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), np.finfo(float).tiny)
-        for x in (slip, slip + motion[:, 1:])
-    )
-    rubs = np.linalg.norm(at.force[:, 1:], axis=1) * (at.status == SLIP)
-    change[:, 1:] = rubs[:, None] * (before - after)
-    return change
 
 
 def with_springs(arrays: Condensed, springs: np.ndarray) -> Condensed:
