@@ -145,7 +145,7 @@ def test_what_friction_alone_could_hold_is_said_to_turn():
     assert "friction, which alone could hold the body against a rotation about" in outcome["said"]
 
 
-@pytest.mark.parametrize("number", [949, 1408, 1595, 1625, 2016, 2250, 4000645, 5263, 7000656, 8242])
+@pytest.mark.parametrize("number", [949, 1408, 1595, 1625, 2250, 4000645, 5263, 7000656, 8242])
 def test_bodies_that_roll_or_fall_take_few_steps(number):
     """Once up to 1325 in a solve, whose small problems all began where the body had begun."""
     outcome = tried(drawn(number))
