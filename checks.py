@@ -154,14 +154,20 @@ def whole_numbers(name: str, values: Any) -> np.ndarray:
     return found.astype(np.int64)
 
 
+def finite_numbers(name: str, values: Any) -> np.ndarray:
+    """Return finite numbers as an array of floats of any shape, or refuse them (ValueError)."""
+    found = numbers(name, values)
+    if not np.isfinite(found).all():
+        raise ValueError(f"{name} holds {found[~np.isfinite(found)][0]}, but every value must be finite.")
+    return found
+
+
 def array(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Return finite numbers of some shape as an array, or refuse them (ValueError)."""
     found = numbers(name, values)
     if found.shape != shape:
         raise refused(name, f"an array of shape {shape}", found)
-    if not np.isfinite(found).all():
-        raise ValueError(f"{name} holds {found[~np.isfinite(found)][0]}; all its numbers must be finite.")
-    return found
+    return finite_numbers(name, found)
 
 
 def vector(name: str, values: Any, *sizes: int) -> np.ndarray:

@@ -138,9 +138,7 @@ def _block(
         facets = {name: rows[:, [[0, 1, 3], [0, 2, 3]]].reshape(-1, 3) for name, rows in facets.items()}
         grid = Grid(points, cells[:, KUHN].reshape(-1, 4), cell, facets)
     centres = grid.points[grid.cells].mean(axis=1)
-    grid.regions = {
-        name: np.flatnonzero(inside(centres)) for name, inside in named("regions", regions).items()
-    }
+    grid.regions = {name: np.flatnonzero(inside(centres)) for name, inside in masks.items()}
     return grid
 
 

@@ -13,7 +13,7 @@ from zipfile import BadZipFile
 import numpy as np
 from scipy.sparse import bsr_array, csr_array, issparse
 
-from checks import node_numbers, numbers
+from checks import finite_numbers, node_numbers
 from model.atomic_file import write_aside
 from model.node_loop.friction_laws import FrictionLaw, as_law
 from model.tolerances import ON_ROAD
@@ -103,7 +103,7 @@ class ContactProblem:
     def __post_init__(self) -> None:
         """Check at the door, so that the loop need not."""
         put = partial(object.__setattr__, self)  # the last to change anything
-        put("coordinates", _finite("coordinates", np.atleast_2d(self.coordinates)))
+        put("coordinates", finite_numbers("coordinates", np.atleast_2d(self.coordinates)))
         N, d = self.coordinates.shape
         put("dim", d)
         if d not in (2, 3):
@@ -115,7 +115,7 @@ class ContactProblem:
             )
         put("A", bsr_array(self.A, blocksize=(d, d)))
         self.A.sort_indices()
-        _finite("A", self.A.data)
+        finite_numbers("A", self.A.data)
         put("b", shaped("b", self.b, (N, d)))
         put("contact_nodes", _different_nodes(self.contact_nodes, N))
         n = self.contact_nodes.size
@@ -255,16 +255,9 @@ def _describe(A: Any) -> str:
     return f"a {type(A).__name__} of shape {getattr(A, 'shape', None)}"
 
 
-def _finite(name: str, values: np.ndarray) -> np.ndarray:
-    values = numbers(name, values)
-    if not np.all(np.isfinite(values)):
-        raise ValueError(f"{name} holds {values[~np.isfinite(values)][0]}, but every value must be finite.")
-    return values
-
-
 def shaped(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Return the values, in that shape or flat, as finite numbers in that shape, or refuse them."""
-    values = _finite(name, values)
+    values = finite_numbers(name, values)
     turned = min(values.ndim, len(shape)) > 1 and values.shape != shape
     if turned or values.size != np.prod(shape):
         raise ValueError(f"{name} has shape {values.shape}, but {shape} is needed.")

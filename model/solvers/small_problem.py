@@ -142,7 +142,7 @@ class SmallProblem:
         b = (arrays.bare @ target.ravel() + arrays.Y @ whole.power).reshape(k, s) - known
         b -= (arrays.S @ first.ravel()).reshape(k, s)
         # a node's own stiffness, for of that which is left of it in S there may be none
-        own = candidates.block[active][:, :s, :s].copy()
+        own = np.ascontiguousarray(candidates.block[active][:, :s, :s])
         reference = (candidates.reference[active] - been[:, 1:])[:, : s - 1] - first[:, 1:]
         state = candidates.state[active]
         contact = Candidates(
