@@ -209,7 +209,7 @@ def test_several_bodies_share_a_road_as_if_they_were_alone():
 
 
 def test_rounds_that_do_not_settle_say_so(monkeypatch):
-    monkeypatch.setattr("model.quasistatics.curved_contact.ITERATIONS", 2)
+    monkeypatch.setattr("model.quasistatics.sequential_programming.ITERATIONS", 2)
     road = ShiftedRoad(WAVES, (0, -1.3))
     with pytest.raises(
         NotConverged, match="after 2 iterations nodes are .* off it.*smaller load steps"

@@ -147,8 +147,7 @@ class RoadPlanes:
         status: np.ndarray,
         pressure: np.ndarray,
         steady: float,
-        force: np.ndarray | None = None,
-        pull: np.ndarray | None = None,
+        turned: tuple[np.ndarray, np.ndarray] | None = None,
         tried: np.ndarray | None = None,
     ) -> bool:
         """Lay the planes where the nodes are now.
@@ -161,9 +160,9 @@ class RoadPlanes:
             What the nodes do, and their pressure forces.
         steady : float
             Force by which a normal may turn its node's pressure; negative where planes shall follow anyway.
-        force, pull : (n, d), optional
-            Where the problem had `springs`: forces of the road, and what the springs pull, which is how the
-            road turns them.
+        turned : (force (n, d), force (n, d)), optional
+            Where the problem had `springs`: forces of the road, and with what the springs pull, which is how
+            the road turns them.
         tried : (n, d), optional
             Positions of a solution that only a part of the way was gone to: it may have met a corner.
 
@@ -176,8 +175,8 @@ class RoadPlanes:
         tried = at if tried is None else tried
         self._moved, self._at = _length(tried - self._at), at
         last = self.normal - self._lean
-        if force is not None and pull is not None:
-            last = _turned(last, force, force + pull)
+        if turned is not None:
+            last = _turned(last, *turned)
         below = np.where((status == Status.STICK)[:, None], self.anchor, tried)
         self.gap, normal, foot = self._closest(at, status, below, self._from_below(pressure)[:, None] * last)
         if self.since is not None:
@@ -190,8 +189,8 @@ class RoadPlanes:
         above = np.delete(self.gap, in_contact)
         off = max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0))
         self.distances.append(self.ranks.max(off))
-        turned = self.ranks.max(float((np.abs(self._turn).max(axis=1) * pressure).max(initial=0.0)))
-        if turned <= steady and self.distances[-1] <= self.near:
+        unsteady = self.ranks.max(float((np.abs(self._turn).max(axis=1) * pressure).max(initial=0.0)))
+        if unsteady <= steady and self.distances[-1] <= self.near:
             self.gap[in_contact] = 0.0
             self.gap = np.maximum(self.gap, 0.0)
             return True
@@ -199,7 +198,7 @@ class RoadPlanes:
             self._anderson.forget()
         self._status = status.copy()
         places = np.stack([normal[in_contact], foot[in_contact]])
-        if force is None:
+        if turned is None:
             normal[in_contact], foot[in_contact] = self._anderson.combine(self._turn[in_contact], places)
         self.normal, self.foot = normal / np.linalg.norm(normal, axis=1, keepdims=True), foot
         return False

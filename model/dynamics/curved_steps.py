@@ -24,7 +24,8 @@ from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator, Touch
 from model.node_loop.node_loop import length
 from model.node_loop.status import Status
-from model.quasistatics.curved_contact import ITERATIONS, extent
+from model.quasistatics.curved_contact import extent
+from model.quasistatics.sequential_programming import ITERATIONS
 from model.solvers.convergence_record import NotConverged, Record
 from model.tolerances import ON_ROAD
 

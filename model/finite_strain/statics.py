@@ -194,9 +194,9 @@ class FiniteContact:
             to, tried = u + d, self._points(u + d)
             if not over:
                 to = self._damped(u, d, touch, planes.normal, load, moved)
-            turns = touch.contact_force, self._pull(planes, tried)
+            turned = touch.contact_force, touch.contact_force + self._pull(planes, tried)
             steady = 10 * self.tolerance * forces if over else -1.0
-            if planes.follow(self._points(to), status, pressure, steady, *turns, tried):
+            if planes.follow(self._points(to), status, pressure, steady, turned, tried):
                 self._check(to, time)
                 self._pressure, self._normal = pressure, planes.normal
                 return to, replace(touch, gap=planes.gap), self._history[-1]
