@@ -1,5 +1,7 @@
 """Bodies that nothing holds on roads that are not flat: where they come to rest, or that they leave."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from everyday.scenes import drawn
@@ -8,6 +10,7 @@ from everyday.trial import tried
 from forms import Elasticity, Isotropic, Support
 from geometry import Body, LinearRoad, RoundRoad, ShiftedRoad, SmoothRoad, half_cylinder, rectangle, ring
 from model import BodyOnRoad, solve
+from model.solvers.static_condensation import Condensation
 
 HOLE, DISC = 2.0, 0.5
 
@@ -101,3 +104,34 @@ def test_scenes_that_once_failed_are_solved(number):
 @pytest.mark.parametrize("number", [33, 102, 223, 259, 770, 4793, 5787])
 def test_the_judge_sees_them_leave_too(number):
     assert tried(drawn(number))["outcome"] == "refused, confirmed"
+
+
+def strap_over_drum(pull, friction, columns=30):
+    """A thin strap over a quarter of a drum of radius 1, drawn by 1 at one end and by `pull` at the other."""
+    grid = rectangle(1.1 * np.pi / 2, 0.03, columns, 2)
+    along, radius = grid.points[:, 0], 1.0 + grid.points[:, 1]
+    angle = np.minimum(along, np.pi / 2)
+    points = np.column_stack([radius * np.sin(angle), radius * np.cos(angle) - (along - angle)])
+    elasticity = Elasticity(Body.from_grid(replace(grid, points=points)), Isotropic(E=1e6, nu=0.0))
+    elasticity.body.mark("inner side", lambda x: (np.hypot(x[0], x[1]) < 1.0 + 1e-9) & (x[1] > -1e-9))
+    load = elasticity.total_force("left", (-1.0, 0.0)) + elasticity.total_force("right", (0.0, -pull))
+    system, drum = elasticity.system(load), RoundRoad((0.0, 1.0), (0.0, 1.0), 1.0)
+    return solve(BodyOnRoad(system, "inner side", drum, friction=friction), progress=False)
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.8])
+def test_a_strap_over_a_drum_holds_up_to_what_euler_and_eytelwein_say(friction):
+    largest = np.exp(friction * np.pi / 2 / 1.015)  # it rubs at the radius 1, and is drawn at 1.015
+    solution = strap_over_drum(0.98 * largest, friction)
+    assert np.abs(solution.contact_force.sum(axis=0) - (1.0, 0.98 * largest)).max() < 1e-7
+    assert solution.cycles <= 10  # a slender body's rounding had it take 43
+    with pytest.raises(ValueError, match="carries the body off"):
+        strap_over_drum(1.02 * largest, friction)
+
+
+def test_it_takes_little_to_see_that_a_strap_slips(monkeypatch):
+    calls, improve = [], Condensation.improve
+    monkeypatch.setattr(Condensation, "improve", lambda *args: (calls.append(1), improve(*args)))
+    with pytest.raises(ValueError, match="carries the body off"):
+        strap_over_drum(3.0, 0.3, 60)
+    assert len(calls) < 60

@@ -72,6 +72,7 @@ class SmallProblem:
         steps: np.ndarray,
     ):
         S, Y, Z = bordered_inverse(W, G, resistance)
+        self._bordered = (W, G, resistance)
         S = total = np.ascontiguousarray(symmetric(S))
         free, k = np.eye(G.shape[1])[:, np.abs(resistance).sum(axis=0) == 0.0], W.shape[0] // sides
         if springs is not None:
@@ -139,7 +140,8 @@ class SmallProblem:
             for v in (whole.free[nodes], whole.known[active], whole.u[nodes], start[active])
         )
         target, known, first = target[:, :s], known[:, :s], first[:, :s].copy()
-        b = (arrays.bare @ target.ravel() + arrays.Y @ whole.power).reshape(k, s) - known
+        drive, pins_at_rest = self._at_rest(target.ravel(), whole.power)
+        b = drive.reshape(k, s) - known
         b -= (arrays.S @ first.ravel()).reshape(k, s)
         # a node's own stiffness, for of that which is left of it in S there may be none
         own = np.ascontiguousarray(candidates.block[active][:, :s, :s])
@@ -159,7 +161,7 @@ class SmallProblem:
 
         def outcome(u: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             move = first + u
-            pins = arrays.Y.T @ (move - target).ravel() - arrays.Z @ whole.power
+            pins = pins_at_rest + arrays.Y.T @ move.ravel()
             return np.einsum("ca,cab->cb", force - known, frame[:, :s]), pins, move
 
         def met(u: np.ndarray, force: np.ndarray) -> bool:
@@ -168,6 +170,17 @@ class SmallProblem:
         end = solved(arrays, contact, b, decided, law, tolerance, slight, spring, met)
         status[active], self.driven, self.spring = end.status, end.driven, end.spring
         return outcome(end.u, end.force)
+
+    def _at_rest(self, target: np.ndarray, power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Forces (k s,) that drive the nodes, and displacements (p,) of the pins, while no node moves.
+
+        A slender body that only contact holds would go far, and its nodes are stiff: what rounding leaves of
+        the inverse, 1e-8, was as large as the forces. One step of iterative refinement removes it.
+        """
+        (W, G, resistance), S, Y, Z = self._bordered, self.arrays.bare, self.arrays.Y, self.arrays.Z
+        force, pins = S @ target + Y @ power, -Y.T @ target - Z @ power
+        gap, work = target - W @ force + G @ pins, power - G.T @ force - resistance @ pins
+        return force + S @ gap + Y @ work, pins - Y.T @ gap - Z @ work
 
 
 class End(NamedTuple):

@@ -182,7 +182,7 @@ class Condensation:
         record.idle, record.soon, self._driven = 0, 0, False
         before, driven = record.cycles, 0
         while not record.finished(loop.residual(u, status)):
-            driven = driven + 1 if self._driven else 0
+            driven += self._driven
             if driven == DRIVEN:
                 record.give_up("the load moves the body on and on, and no node that it comes to stops it")
             apart = status == FREE
