@@ -176,3 +176,19 @@ def test_a_hard_body_that_soft_springs_let_go_far_lands_at_once():
     assert (pulled + solution.contact_force).sum(axis=0) == pytest.approx([0.0, weight], abs=1e-9 * weight)
     assert solution.pressure_force.sum() > 0.5 * weight
     assert solution.gap.min() == 0.0
+
+
+@pytest.mark.parametrize("share", [1e-12, 1e-11, 1e-9, 1e-7])
+@pytest.mark.parametrize("P", [1e-3, 1.0, 1e3])
+def test_a_light_body_that_hardly_anything_turns_about_its_pin(P, share):
+    """It lies under the pin; what turns it is a tiny share of its load, at its edge, and goes far."""
+    body = CYLINDER.body
+    pin, edge = body.nearest_node((0.0, 10.0)), body.nearest_node((10.0, 10.0))
+    load = CYLINDER.total_force("top", (0.0, -P))
+    load[edge, 1] -= share * P
+    system = CYLINDER.system(load, Support(body).fix_node(pin, x=0.0, y=0.0))
+    pressed = BodyOnRoad(system, "arc", Plane((0.0, 0.0)))
+    solution = solve(pressed.problem, "direct")
+    arms = pressed.points[:, 0]
+    assert abs(arms @ solution.contact_force[:, 1] - share * P * 10.0) < 1e-9 * P * 10.0
+    assert solution.residual < 1e-10

@@ -389,16 +389,23 @@ class ContactSolver:
             base += landed
             self._put_load(posed, base, bent)
             status = loop.start(u, status)
-        record = opened(status)
-        self.correction.solve(u, status, record)
         load_size, least = loop.load_size, np.inf
+
+        def carry(motion: np.ndarray) -> None:
+            nonlocal base
+            base = bent + rigid.part_of(base + motion - bent)  # far motions that cancel leave their rounding
+            self._put_load(posed, base, bent)
+            loop.load_size = load_size
+
+        loop.carry, record = carry, opened(status)
+        self.correction.solve(u, status, record)
         while record.rounded:
             if record.best > 0.5 * least:
                 record.give_up("the displacement in two parts is no truer than in one")
-            least, bent, base = record.best, bent + (u - rigid.part_of(u)), base + u
-            base = bent + rigid.part_of(base - bent)  # two far motions that cancel leave their rounding
-            self._put_load(posed, base, bent)
-            loop.load_size = load_size
+            least, strain = record.best, u - rigid.part_of(u)
+            bent = bent + strain
+            base = base + strain
+            carry(u - strain)
             u[:] = 0.0
             status[:] = loop.start(u, status)
             record = opened(status, record.history)
@@ -417,19 +424,17 @@ class ContactSolver:
     def _outcome(self, posed: Posed, base: np.ndarray, u: np.ndarray, status: np.ndarray) -> dict[str, Any]:
         """Return the displacement base + u (N, d), on the road in contact, and what the road does to it."""
         loop = self.loop
-        gaps = loop.gaps(u, status)
         loop.confirm(status)
-        lies = status != Status.FREE  # some by rounding only: their gap goes
-        u[loop.nodes[lies]] -= gaps[lies, None] * loop.frame[lies, 0]
-        u = base + u
+        lies, u = status != Status.FREE, base + u
+        distance = gap_at(posed.gap, loop.normal, u[loop.nodes])  # where they lie by rounding only: it goes
+        u[loop.nodes[lies]] -= (distance / loop.part)[lies, None] * loop.frame[lies, 0]
         loop.prescribe(posed.load, u)  # rounding of the rigid part moves no support
-        distance = np.where(lies, 0.0, gap_at(posed.gap, loop.normal, u[loop.nodes]))
         force, pressure = loop.reaction(u[loop.nodes] - posed.reference)
         return {
             "displacement": u,
             "contact_force": force,
             "pressure_force": pressure,
-            "gap": np.maximum(distance, 0.0),
+            "gap": np.where(lies, 0.0, np.maximum(distance, 0.0)),
             "status": status,
             "state": np.asarray(status == Status.SLIP, dtype=np.float64),
             "unique": not self.rigid.loose(loop.frame, status, pressure).shape[1],

@@ -41,7 +41,7 @@ class Condensed(NamedTuple):
     ----------
     S, bare : (k s, k s) stiffness, with springs and without
     Y, Z : (k s, p), (p, p) what moves the pins
-    G : (k s, m) rigid modes, S G = 0
+    G : (k s, m) rigid modes, orthonormal, S G = 0
     nodes : (k,) 0, 1, 2, ...
     frame : (k, s, s) unit matrices: the problem is in the nodes' frames already
     block, inverse : (k, s, s) diagonal blocks of S, and their inverses

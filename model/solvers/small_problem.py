@@ -85,7 +85,8 @@ class SmallProblem:
         inverse = np.empty_like(block)
         generalised_inverses(block, nodes, inverse)
         frame = np.tile(np.eye(sides), (k, 1, 1))
-        self.arrays = Condensed(total, S, Y, Z, G @ free, nodes, frame, block, inverse, steps)
+        modes = np.linalg.qr(G @ free)[0]
+        self.arrays = Condensed(total, S, Y, Z, modes, nodes, frame, block, inverse, steps)
         self._bound = None if friction is None else friction.address
         self.driven = False
 
@@ -142,7 +143,8 @@ class SmallProblem:
         target, known, first = target[:, :s], known[:, :s], first[:, :s].copy()
         drive, pins_at_rest = self._at_rest(target.ravel(), whole.power)
         b = drive.reshape(k, s) - known
-        b -= (arrays.S @ first.ravel()).reshape(k, s)
+        # S resists rigid motion by its rounding alone
+        b -= (arrays.S @ (first.ravel() - arrays.G @ (arrays.G.T @ first.ravel()))).reshape(k, s)
         # a node's own stiffness, for of that which is left of it in S there may be none
         own = np.ascontiguousarray(candidates.block[active][:, :s, :s])
         reference = (candidates.reference[active] - been[:, 1:])[:, : s - 1] - first[:, 1:]
@@ -229,7 +231,7 @@ def solved(
         found = newton(arrays, contact, b, last.u, status, *law, tolerance, slight)
     if found.converged:
         return End(*found[:3])
-    Q = np.linalg.qr(arrays.G)[0] if arrays.G.shape[1] else np.eye(b.size)
+    Q = arrays.G if arrays.G.shape[1] else np.eye(b.size)
     M, size = Q @ Q.T, max(np.linalg.norm(b), slight) or 1.0
     fall, before, same, driven = FALL, size, np.inf, False
     spring = (spring or np.abs(arrays.block).max() or np.abs(contact.block).max()) / FALL

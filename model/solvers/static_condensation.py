@@ -270,8 +270,13 @@ class Condensation:
             r[loop.nodes[active]] += force
             u += self.back_substitute(r)
         if pins.size:
-            u += (self.shapes @ (self._seen @ pins)).reshape(u.shape)
-        place_all_on_surface(contact, u, status)
+            motion = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
+            carry = loop.carry if self.pins.size == self.rigid.count else None
+            if carry and np.abs(motion).max() > np.abs(u).max():  # in u it would cost digits of the strain
+                carry(motion)
+            else:
+                u += motion
+        place_all_on_surface(loop.contact, u, status)
 
     def _next_on_the_way(
         self, active: np.ndarray, force: np.ndarray, power: np.ndarray, gap: np.ndarray, slight: float
