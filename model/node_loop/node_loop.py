@@ -46,8 +46,8 @@ class NodeLoop:
         Sweeps done so far.
     springs : (n, d, d) or None
         Stiffness of springs that hold the candidates for the time being; A has it too.
-    carry : callable or None
-        Takes over a rigid motion (N, d), from where displacements count then.
+    carry : callable
+        Takes over a rigid motion (N, d), from where displacements u (N, d) then count; returns what is left.
     R, force : (N, d), (n, d)
         What is missing from equilibrium, and the admissible contact forces, at the last call of `residual`.
     """
@@ -73,7 +73,7 @@ class NodeLoop:
         number[self.nodes] = np.arange(self.nodes.size)
         self.number = number
         self.springs: np.ndarray | None = None
-        self.carry: Callable[[np.ndarray], None] | None = None
+        self.carry: Callable[[np.ndarray, np.ndarray], Any] = lambda motion, u: motion
         self.b = np.zeros((N, d))
         self.update_normals(normal)
         self._sweeps = contact_sweeps(d, friction is not None)

@@ -30,6 +30,7 @@ from model.solvers.truncated_multigrid import bsr, geometric
 # `direct`, which keeps its factorisation and finds any body that only the contact holds.
 MULTIGRID_PAYS = 2_000
 DIRECT_PAYS = {2: 7_000, 3: 2_000}
+FINE = 1e-8  # of what is carried apart: half of the digits, and a motion by less leaves u the other half
 CORRECTIONS = ("auto", "none", "direct", "multigrid", "algebraic")
 
 
@@ -391,21 +392,24 @@ class ContactSolver:
             status = loop.start(u, status)
         load_size, least = loop.load_size, np.inf
 
-        def carry(motion: np.ndarray) -> None:
+        def carry(motion: np.ndarray, u: np.ndarray) -> Any:
             nonlocal base
+            if np.abs(motion).max() <= max(np.abs(u).max(), FINE * np.abs(base).max()):
+                return motion  # u has digits enough, or the base has not
             base = bent + rigid.part_of(base + motion - bent)  # far motions that cancel leave their rounding
             self._put_load(posed, base, bent)
             loop.load_size = load_size
+            return 0.0
 
         loop.carry, record = carry, opened(status)
         self.correction.solve(u, status, record)
         while record.rounded:
             if record.best > 0.5 * least:
                 record.give_up("the displacement in two parts is no truer than in one")
-            least, strain = record.best, u - rigid.part_of(u)
-            bent = bent + strain
-            base = base + strain
-            carry(u - strain)
+            least, bent, base = record.best, bent + (u - rigid.part_of(u)), base + u
+            base = bent + rigid.part_of(base - bent)
+            self._put_load(posed, base, bent)
+            loop.load_size = load_size
             u[:] = 0.0
             status[:] = loop.start(u, status)
             record = opened(status, record.history)

@@ -271,11 +271,7 @@ class Condensation:
             u += self.back_substitute(r)
         if pins.size:
             motion = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
-            carry = loop.carry if self.pins.size == self.rigid.count else None
-            if carry and np.abs(motion).max() > np.abs(u).max():  # in u it would cost digits of the strain
-                carry(motion)
-            else:
-                u += motion
+            u += loop.carry(motion, u) if self.pins.size == self.rigid.count else motion
         place_all_on_surface(loop.contact, u, status)
 
     def _next_on_the_way(
