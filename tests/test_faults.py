@@ -17,7 +17,7 @@ from harness.scene import Scene
 from harness.verdict import is_sentence
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, Plane, read_msh, rectangle
+from geometry import Body, Plane, RoundRoad, half_cylinder, read_msh, rectangle
 from model import (
     BodyOnRoad,
     ContactProblem,
@@ -218,6 +218,12 @@ def test_the_first_cause_is_the_one_that_the_numbers_support(problem):
         assert re.search(r"causes: \(1\) rounding, which alone leaves", str(error))
     else:
         assert residual <= 1e-18  # with some compilers all sums come out exact
+    body = Body.from_grid(half_cylinder(1.0))
+    elasticity = Elasticity(body, Isotropic(E=1e3, nu=0.3))
+    system = elasticity.system(elasticity.total_force("top", (0.0, -3.0)), Support(body).fix("top", x=0.0))
+    for correction in ("direct", "algebraic"):
+        with pytest.raises(NotConverged, match=r"causes: \(1\) rounding, which alone leaves"):
+            solve(BodyOnRoad(system, "arc", RoundRoad(radius=-3.0)), correction, tolerance=1e-18)
     far = replace(problem, gap=problem.gap + 1e6)  # so far away that rounding is large, and not yet there
     with pytest.raises(NotConverged, match=r"causes: \(1\) (?!rounding)") as caught:
         solve(far, "none", limit=3)

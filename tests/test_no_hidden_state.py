@@ -5,11 +5,17 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from forms import Elasticity, Isotropic, Support
-from geometry import Body, Plane, rectangle
+from forms import Elasticity, Hyperelasticity, Isotropic, NeoHookean, Support
+from geometry import Body, MovingRoad, Plane, rectangle
 from model import (
     BodyOnRoad,
     ContactSolver,
+    ContactStabilised,
+    EnergyMomentum,
+    FiniteBody,
+    FiniteContact,
+    LosslessContact,
+    MassRedistribution,
     MovingBody,
     Newmark,
     Status,
@@ -95,6 +101,48 @@ def solve_block(**left):
 def test_a_node_prescribed_below_the_road_is_refused():
     with pytest.raises(ValueError, match=r"Node \d+ is prescribed .*-0.01\).* 0.01 below the road"):
         solve(solve_block(x=0.0, y=-0.01)[0])
+
+
+def drawn_down(t):
+    return -0.1 * t
+
+
+@pytest.mark.parametrize(
+    ("scheme", "finite", "end"),
+    [
+        (Newmark, False, drawn_down),
+        (MassRedistribution, False, drawn_down),
+        (ContactStabilised, False, drawn_down),
+        (Newmark, False, 0.0),
+        (MassRedistribution, False, 0.0),
+        (EnergyMomentum, True, drawn_down),
+        (LosslessContact, True, drawn_down),
+    ],
+)
+def test_supports_do_not_lead_a_node_below_the_road_in_time(scheme, finite, end):
+    """Its support goes down, or the road comes up."""
+    body = Body.from_grid(rectangle(2.0, 1.0, 8, 4))
+    law = Hyperelasticity(body, NeoHookean(1e3, 0.3)) if finite else Elasticity(body, Isotropic(1e3, 0.3))
+    support = Support(body).fix("left", x=0.0, y=end)
+    system = law.system(law.body_force((0.0, -1.0)), support, density=1.0)
+    road = Plane((0.0, -0.01))
+    if end == 0.0:
+        road = MovingRoad(road, lambda t: (0.0, 0.1 * t))
+    contact = BodyOnRoad(system, "bottom", road)
+    moving = FiniteBody.from_contact(contact) if finite else MovingBody.from_contact(contact)
+    motion = scheme(moving, dt=0.03)
+    with pytest.raises(ValueError, match=r"Node 0 is prescribed .* at time 0.12, which is 0.002 below"):
+        motion.run(motion.start(), 8)
+
+
+def test_a_node_that_is_led_below_the_road_is_refused_at_finite_strain():
+    body = Body.from_grid(rectangle(2.0, 1.0, 4, 2))
+    elasticity = Hyperelasticity(body, NeoHookean(E=1e3, nu=0.3))
+    support = Support(body).fix("left", x=0.0, y=lambda t: -0.1 * t)
+    system = elasticity.system(elasticity.body_force((0.0, -1.0)), support)
+    contact = FiniteContact(BodyOnRoad(system, "bottom", Plane((0.0, -0.05))))
+    with pytest.raises(ValueError, match=r"Node 0 is prescribed .*-0.06\) at time 0.6, which is 0.01 below"):
+        list(contact.follow([0.3, 0.6]))
 
 
 @pytest.mark.parametrize("correction", ["none", "direct", "algebraic"])

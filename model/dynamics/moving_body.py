@@ -370,6 +370,11 @@ class MovingBody:
         return self.ranks.any(bool(self.prescribed.any()))
 
     @cached_property
+    def led(self) -> np.ndarray:
+        """Nodes that may touch, (k,) of the n, and of which something is prescribed."""
+        return np.flatnonzero(self.prescribed[self.contact_nodes].any(axis=1))
+
+    @cached_property
     def floats(self) -> bool:
         """Whether the body can be moved without straining it: then a common translation is left out of K u.
 

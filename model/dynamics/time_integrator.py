@@ -22,6 +22,7 @@ from model.dynamics.initial_acceleration import consistent_acceleration
 from model.dynamics.moving_body import MovingBody
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
+from model.problem.held_below_road import held_below_road
 from model.ranks.shared_problem import SharedProblem
 from model.ranks.solver_of import solver_of
 from model.solvers.convergence_record import Record
@@ -408,14 +409,32 @@ class TimeIntegrator(ABC):
         return driven
 
     def supported(self, state: State) -> State:
-        """Return the state, displacement, velocity and acceleration of supports set in place."""
+        """Return the state, displacement, velocity and acceleration of supports set in place.
+
+        Raises
+        ------
+        ValueError
+            If supports hold a node below the road.
+        """
         body = self.body
         if body.supported:
             rates = body.prescribed_rates(state.time, self.dt)
             known = (body.prescribed_at(state.time), *rates)
             for values, prescribed in zip((state.displacement, state.velocity, state.acceleration), known):
                 values[body.prescribed] = prescribed[body.prescribed]
+            body.ranks.agree(self._buried(state))
         return state
+
+    def _buried(self, state: State) -> str:
+        """Say which node that may touch supports hold below the road."""
+        body, u = self.body, state.displacement
+        some = body.led
+        if not some.size:
+            return ""
+        nodes, road = body.contact_nodes[some], body.road_at(state.time)
+        near, when = ON_ROAD * (body.size + float(np.abs(u[nodes]).max())), f" at time {state.time:.6g}"
+        at, held = body.positions(u)[some], body.prescribed[nodes]
+        return held_below_road(road, at, nodes, held, u[nodes], near, when)
 
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) and normal (n, d) under the body; gaps of nodes that touch are 0, whatever rounding."""

@@ -26,10 +26,12 @@ from model.finite_strain.definite import indefinite, shifted
 from model.finite_strain.system_forces import SystemForces
 from model.node_loop.node_loop import along_road, length
 from model.node_loop.status import Status
-from model.problem.contact_problem import ContactProblem
+from model.problem.contact_problem import ContactProblem, length_scale
+from model.problem.held_below_road import held_below_road
 from model.problem.rigid_modes import rigid_motions
 from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged, Record
+from model.tolerances import ON_ROAD
 
 ITERATIONS = 30  # in a load step
 EASY = 6  # iterations after which the next load step is longer
@@ -172,6 +174,7 @@ class FiniteContact:
             self._road = self.contact.road.at(time)
             sticking = self.contact.road.carried(self._points(start), since, time) - self.contact.points
         load, wanted = self.load_at(time), self.prescribed_at(time)
+        self._require_room(np.where(fixed, wanted, start), time)
         u, self._history = start, []
         missing = self._missing(u, load)
         planes, pressure = self._planes(u, sticking), self._pressure
@@ -205,6 +208,14 @@ class FiniteContact:
             f"Newton's method does not come to an end at time {time:.6g}",
             Record(self.tolerance, ITERATIONS, lambda: 0, progress=False, history=self._history or [1.0]),
         )
+
+    def _require_room(self, u: np.ndarray, time: float) -> None:
+        """Refuse supports that hold a node below the road, at u (R, d)."""
+        nodes, near = self.problem.contact_nodes, ON_ROAD * length_scale(self.system.coordinates)
+        held, when = self.system.fixed[nodes], f" at time {time:.6g}"
+        trouble = held_below_road(self._road, self._points(u), nodes, held, u[nodes], near, when)
+        if trouble:
+            raise ValueError(trouble)
 
     def _damped(
         self,

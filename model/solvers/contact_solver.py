@@ -15,6 +15,7 @@ from model.node_loop.node_loop import NodeLoop, length
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 from model.problem.contact_problem import ContactProblem, length_scale, shaped
+from model.problem.held_below_road import below_road
 from model.problem.rigid_modes import BALANCE, RigidModes
 from model.solvers.compiling import announce_compilation
 from model.solvers.convergence_record import Record
@@ -495,11 +496,7 @@ class ContactSolver:
         depth[~still] = 0.0
         worst = int(np.argmax(depth))
         if depth[worst] > 1e-12 * length_scale(problem.coordinates):
-            raise ValueError(
-                f"Node {loop.nodes[worst]} is prescribed the displacement "
-                f"({', '.join(f'{x:.6g}' for x in there[worst])}), which is {depth[worst]:g} below the road; "
-                "prescribe one that leaves it above, or leave it free."
-            )
+            raise ValueError(below_road(int(loop.nodes[worst]), there[worst], depth[worst]))
 
 
 def choose(problem: ContactProblem) -> str:

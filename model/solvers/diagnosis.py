@@ -6,9 +6,11 @@ import numpy as np
 
 from model.node_loop.contact_sweep import FREE, SLIP
 from model.node_loop.node_loop import NodeLoop, length
+from model.solvers.convergence_record import ASTRAY
 from model.solvers.iterative_refinement import ROUNDING, rounding_floor
 
 DIGITS = 16  # of a double
+NEAR = 10.0  # times what rounding leaves: so near a solve takes what is left for rounding
 
 
 def likely_causes(
@@ -39,17 +41,18 @@ def likely_causes(
     floor = ROUNDING + rounding_floor(loop.A, u, loop.load_size + length(loop.force))
     diagonal = np.einsum("iaa->ia", loop.diagonal)[loop.loaded]
     span = float(diagonal.max(initial=1e-300) / max(diagonal.min(initial=np.inf), 1e-300))
+    explained = 1.0 if residual <= min(NEAR * floor, ASTRAY) else min(floor / residual, 1.0)
     fall = float(np.min(history[: len(history) // 2 + 1]) / max(np.min(history), 1e-300))
     touching, slipping = np.count_nonzero(status != FREE), np.count_nonzero(status == SLIP)
     along = np.einsum("cab,cb->ca", loop.frame[:, 1:], missing[loop.nodes])[status != FREE]
     mu = float(np.max(loop.coefficient, initial=0.0))
     suspects = [
         (
-            min(floor / residual, 1.0),
+            explained,
             f"rounding, which alone leaves a residual of about {floor:.0e} here: ask for no less",
         ),
         (
-            min(floor / residual, 1.0) * np.log10(span) / DIGITS,
+            explained * np.log10(span) / DIGITS,
             f"stiffness, since the diagonal of A spans a factor of {span:.1e}: bring hard and soft parts, "
             "or the sizes of cells, closer together",
         ),
