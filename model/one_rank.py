@@ -58,5 +58,8 @@ class OneRank:
     def update(self, values: np.ndarray) -> None:
         """Give copies (N, ...) of other ranks' nodes their owners' values."""
 
+    def add(self, values: np.ndarray) -> None:
+        """Add to owners' values (N, ...) those of copies on other ranks."""
+
 
 ONE_RANK = OneRank()

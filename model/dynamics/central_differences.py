@@ -20,7 +20,7 @@ from checks import positive
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State, TimeIntegrator
 from model.one_rank import ONE_RANK
-from model.ranks.krylov import largest_eigenvalue
+from model.solvers.krylov import largest_eigenvalue
 from model.tolerances import TOLERANCE
 
 LANCZOS = 1e-6  # relative, of the highest eigenvalue; it costs half of that of dt

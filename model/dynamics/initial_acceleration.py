@@ -13,14 +13,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import diags_array
-from scipy.sparse.linalg import cg
 
 from model.dynamics.contact_update import confirm_contact
 from model.dynamics.moving_body import MovingBody, rates_at_start
 from model.one_rank import ONE_RANK
-from model.ranks.krylov import conjugate_gradients
 from model.ranks.solver_of import solver_of
+from model.solvers.krylov import conjugate_gradients
 from model.tolerances import TOLERANCE
 
 EXACT, STEPS = 1e-15, 300  # residual, and conjugate gradients at most: three times what mass matrices ask for
@@ -92,28 +90,18 @@ def mass_inverse(M: Any, r: np.ndarray, ranks: Any = ONE_RANK) -> np.ndarray:
     Scaled by its diagonal, M has a condition of 27 at most, on hexahedra (A. J. Wathen, IMA J. Numer. Anal. 7
     (1987)), so that 100 steps are enough for the last digit.
     """
-    massless = M.diagonal() == 0.0
-    diagonal = np.where(massless, 1.0, M.diagonal())
-    lumped = M @ np.ones(r.size)
-    force = np.where(massless, 0.0, r.ravel())
+    own, lumped = (x.reshape(r.shape) for x in (M.diagonal(), M @ np.ones(r.size)))
+    diagonal, force = np.where(own == 0.0, 1.0, own), np.where(own == 0.0, 0.0, r)
     guess = force / np.where(lumped > 0.0, lumped, diagonal)
-    if ranks is not ONE_RANK:
-        return _shared_inverse(M, force.reshape(r.shape), 1.0 / diagonal.reshape(r.shape), ranks)
-    a, _ = cg(M, force, guess, rtol=EXACT, maxiter=STEPS, M=diags_array(1.0 / diagonal))
-    return a.reshape(r.shape)
+    ranks.update(guess)
 
+    def missing(r: np.ndarray, a: np.ndarray) -> np.ndarray:
+        return np.asarray(r - (M @ a.ravel()).reshape(r.shape))
 
-def _shared_inverse(M: Any, force: np.ndarray, scale: np.ndarray, ranks: Any) -> np.ndarray:
-    """As `mass_inverse`, where many ranks share the nodes."""
+    def cycle(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        z = r / diagonal
+        ranks.update(z)
+        return z, missing(r, z)
 
-    def minus(v: np.ndarray) -> np.ndarray:
-        ranks.update(v)
-        product = -(M @ v.ravel()).reshape(v.shape)
-        product[ranks.owned :] = 0.0
-        return np.asarray(product)
-
-    wanted, r = EXACT * np.sqrt(ranks.dot(force, force)), force.copy()
-    r[ranks.owned :] = 0.0
-    a = conjugate_gradients(minus, lambda r: scale * r, r, wanted, STEPS, ranks.sum)[0]
-    ranks.update(a)
-    return a
+    wanted = EXACT * np.sqrt(ranks.dot(force, force))
+    return guess + conjugate_gradients(cycle, missing(force, guess), wanted, STEPS, ranks)[0]

@@ -209,14 +209,19 @@ class StepSolver:
             status = loop.start(e, status)
         residual = loop.residual(e, status)
         if not residual <= self.tolerance:
-            first, scale = loop.sweeps, loop.load_size + loop.norm(loop.force)
-            rounding = self._rounding * loop.norm(e) / (scale or 1.0)
+            first = loop.sweeps
+            rounding = self._rounding * np.sqrt(self.ranks.dot(e, e)) / (loop.scale or 1.0)
             since = f" from time {before.time:.4g}" if hasattr(before, "time") else ""
             causes = [f"friction and contact change too much in the step{since}: take smaller steps"]
             if loop.friction is not None and loop.friction.weakens:
                 causes.append(f"{loop.friction}, which weakens with the slip faster than the body can follow")
             record = Record(
-                max(self.tolerance, rounding), LIMIT, lambda: loop.sweeps - first, False, lambda tests: causes
+                max(self.tolerance, rounding),
+                LIMIT,
+                lambda: loop.sweeps - first,
+                progress=False,
+                causes=lambda tests: causes,
+                ranks=self.ranks,
             )
             correction.solve(e, status, record)
             residual, cycles = record.history[-1], record.cycles

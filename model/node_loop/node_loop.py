@@ -22,6 +22,7 @@ from model.node_loop.contact_sweep import Candidates, contact_sweeps, frames, pl
 from model.node_loop.friction_laws import FrictionLaw
 from model.node_loop.natural_residual import natural_residual
 from model.node_loop.status import Status
+from model.one_rank import ONE_RANK
 
 
 class NodeLoop:
@@ -48,15 +49,20 @@ class NodeLoop:
         Stiffness of springs that hold the candidates for the time being; A has it too.
     carry : callable
         Takes over a rigid motion (N, d), from where displacements u (N, d) then count; returns what is left.
-    R, force : (N, d), (n, d)
-        What is missing from equilibrium, and the admissible contact forces, at the last call of `residual`.
+    R, force, scale : (N, d), (n, d), float
+        What is missing from equilibrium, the admissible contact forces, and the size of the forces at work,
+        at the last call of `residual`.
+    field_shape : (2,)
+        Shape of displacements: (N, d), or with the copies of other ranks' nodes.
     """
+
+    ranks: Any = ONE_RANK
 
     def __init__(
         self, A: BlockMatrix, contact_nodes: Any, normal: Any, friction: FrictionLaw | None, order: Any = None
     ):
         N, d = A.indptr.size - 1, A.data.shape[1]
-        self.A, self.friction, self.shape = A, friction, (N, d)
+        self.A, self.friction, self.shape, self.field_shape = A, friction, (N, d), (N, d)
         self.order = node_order(order, N)
         rows = np.arange(N)
         self.diagonal = np.zeros((N, d, d))
@@ -231,16 +237,10 @@ class NodeLoop:
         self._residual(
             self.A, self.b, u, self.contact, status, self._bound, self.slip_rate, self.R, self.force
         )
-        missing = length(self.R)
+        missing, self.scale = length(self.R), self.load_size + length(self.force)
         self.seconds_of_passes += perf_counter() - begin
         self.passes += 1
-        if missing == 0.0:
-            return 0.0
-        return missing / (self.load_size + length(self.force) or missing)
-
-    def norm(self, x: np.ndarray) -> float:
-        """Euclidean norm of values at nodes."""
-        return length(x)
+        return 0.0 if missing == 0.0 else missing / (self.scale or missing)
 
     def reaction(self, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Forces (n, d) of the road on the body at the last residual, and their normal parts (n,), >= 0.

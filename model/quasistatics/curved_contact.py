@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from model.node_loop.status import Status
+from model.one_rank import ONE_RANK
 from model.quasistatics.approach import LONG, CarriedOff, approach
 from model.quasistatics.sequential_programming import Beginning, Posed, SequentialProgramming
 from model.solvers.contact_solver import ContactSolver, Solution
@@ -61,7 +62,7 @@ class CurvedContact:
         self.foot = self.points - solver.problem.gap[:, None] * self.normal
         self.distances: list[float] = []
         self.pressure = np.zeros(len(points))
-        self.rigid = solver.rigid if isinstance(solver, ContactSolver) else None  # many ranks: held
+        self.rigid = solver.rigid if solver.ranks is ONE_RANK else None  # many ranks: held
 
     def solve(
         self,

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array
 
+from model.ranks.gathered_meshes import WholeMesh
 from model.ranks.shared_levels import SharedLevel
 
 SHIFT = 1e-10  # of the largest diagonal entry, where a body that contact alone holds would leave no factors
@@ -29,28 +30,24 @@ class PetscCycle:
 
     def __init__(self, finest: SharedLevel, coordinates: np.ndarray, correction: str):
         self.levels, self.correction = [finest], correction
-        exchange, comm = finest.exchange, finest.exchange.comm
+        exchange = finest.exchange
         self._petsc: Any = sys.modules["petsc4py.PETSc"]
-        counts = comm.allgather(exchange.owned)
-        self._first, self._count = sum(counts[: comm.rank]), sum(counts)
-        number = np.zeros(finest.nodes, dtype=np.int64)
-        number[: exchange.owned] = self._first + np.arange(exchange.owned)
-        exchange.update(number)
-        d = finest.d
-        self._columns = (number[:, None] * d + np.arange(d)).ravel()
-        self._points = coordinates[: exchange.owned]
-        self._projectors = np.tile(np.eye(d), (finest.nodes, 1, 1))
+        mesh, d = WholeMesh(exchange, finest.nodes), finest.d
+        self._columns, self._count = (mesh.number[:, None] * d + np.arange(d)).ravel(), mesh.size
+        self._points = exchange.own(coordinates)
         self._solver: Any = None
         self._stale = True
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d)."""
-        self._projectors[nodes], self._stale = projectors, True
+        self.levels[0].hold(nodes, projectors)
+        self._stale = True
 
     def _set_up(self) -> None:
         """Hand the truncated matrix to PETSc; collective."""
-        level, petsc, T = self.levels[0], self._petsc, self._projectors
+        level, petsc = self.levels[0], self._petsc
         A, d, owned = level.A, level.d, level.exchange.owned
+        T = np.where(level.held[:, None, None], level.T, np.eye(d))
         rows = np.repeat(np.arange(owned), np.diff(A.indptr).astype(np.int64))
         data = T[rows] @ A.data @ T[A.indices]
         largest = level.exchange.max(float(np.abs(A.data[level.middle]).max(initial=0.0)))
@@ -90,8 +87,8 @@ class PetscCycle:
                 thing.destroy()
             self._solver = None
 
-    def __call__(self, r: np.ndarray) -> np.ndarray:
-        """Solve for A z = r; overwritten by the next call; collective."""
+    def __call__(self, r: np.ndarray, left: np.ndarray | None = None) -> np.ndarray:
+        """Solve for A z = r, as `SharedCycle` does; collective."""
         level = self.levels[0]
         if self._stale:
             self._set_up()
@@ -100,4 +97,5 @@ class PetscCycle:
         self._solver.solve(self._b, self._x)
         level.z[: level.exchange.owned] = self._x.array.reshape(-1, level.d)
         level.exchange.update(level.z)
+        level.missing(r, left)
         return level.z

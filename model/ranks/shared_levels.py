@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 from model.node_loop.blocks import (
     BlockMatrix,
     backward_sweep,
+    defect,
     diagonal_blocks,
     diagonal_positions,
     generalised_inverses,
@@ -30,7 +31,7 @@ from model.solvers.galerkin_coarsening import (
     prolongation,
     transposed,
 )
-from model.solvers.truncated_multigrid import projected_inverses
+from model.solvers.truncated_multigrid import project, projected_inverses
 
 TINY = 1e-300  # lets an entry that is zero count for nothing
 KEPT = 0.5  # of the diagonal blocks, below
@@ -58,7 +59,8 @@ class SharedLevel:
         self.ghost = np.flatnonzero(A.indices >= exchange.owned)
         self.ghost_rows = np.searchsorted(A.indptr, self.ghost.astype(np.uint64), side="right") - 1
         self.z, self.rest, self.load = (np.zeros((nodes, self.d)) for _ in range(3))
-        self.held, self.T = np.zeros(nodes, dtype=bool), np.zeros((nodes, self.d, self.d))
+        self.held = np.zeros(nodes, dtype=bool)
+        self.T, self.L = (np.zeros((nodes, self.d, self.d)) for _ in range(2))
         self.invert(np.arange(exchange.owned) if inverse is None else np.unique(self.ghost_rows))
 
     def invert(self, rows: np.ndarray) -> None:
@@ -92,16 +94,11 @@ class SharedLevel:
 
     def hold(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Let nodes (k,), ghosts too, move within the ranges of their projectors (k, d, d) only."""
-        self.held[nodes], self.T[nodes] = True, projectors
+        self.held[nodes], self.T[nodes], self.L[nodes] = True, projectors, projectors
         own = nodes < self.exchange.owned
         nodes, projectors = nodes[own], projectors[own]
         blocks = self.A.data[self.middle[nodes]] + self.weight[nodes]
         self.inverse[nodes] = projected_inverses(blocks, projectors, projectors)
-
-    def project(self, x: np.ndarray) -> None:
-        """Leave of x (nodes held here, d), in place, what held nodes are free to do."""
-        nodes = np.flatnonzero(self.held)
-        x[nodes] = np.einsum("kab,kb->ka", self.T[nodes], x[nodes])
 
     def coarsen(self, P: BlockMatrix, exchange: Any, ids: np.ndarray) -> "SharedLevel":
         """Set the way to the next coarser mesh and return that; collective.
@@ -162,6 +159,11 @@ class SharedLevel:
         """Sweep backwards over the owned rows for A z = r, from z of which ghosts are known; collective."""
         backward_sweep(self.d)(self.A, self.inverse, r, self.z)
         self.exchange.update(self.z)
+
+    def missing(self, r: np.ndarray, left: np.ndarray | None) -> None:
+        """Write r - A z into `left` (nodes held here, d), if it is asked for."""
+        if left is not None:
+            defect(self.d)(self.A, r, self.z, left[: self.exchange.owned])
 
 
 def excess(sizes: np.ndarray, D: np.ndarray) -> np.ndarray:
@@ -285,11 +287,8 @@ class SharedCycle:
         prolongations: Sequence[csr_array],
         exchanges: Sequence[Any],
         ids: Sequence[np.ndarray],
-        fixed: np.ndarray,
     ):
         levels, shared = [finest], 1 + first_small(finest.d, exchanges)
-        supported = np.flatnonzero(fixed.any(axis=1))
-        finest.hold(supported, np.eye(finest.d) * ~fixed[supported, :, None])
         for weights, exchange, numbers in zip(prolongations[:shared], exchanges, ids):
             levels.append(levels[-1].coarsen(prolongation(weights), exchange, numbers))
         meshes = [
@@ -305,7 +304,8 @@ class SharedCycle:
         for level in levels:
             level.inverse, level.weight = level.inverse.copy(), level.weight.copy()
         levels[0].A = levels[0].A._replace(data=levels[0].A.data.copy())
-        levels[0].held, levels[0].T = levels[0].held.copy(), levels[0].T.copy()
+        for name in ("held", "T", "L"):
+            setattr(levels[0], name, getattr(levels[0], name).copy())
         for fine, coarse in pairwise(levels):
             fine.product = fine.product._replace(data=fine.product.data.copy())
             fine.coarser, coarse.A = coarse, fine.shares.own_rows(fine.product)
@@ -324,19 +324,23 @@ class SharedCycle:
             changed = fine.recompute(changed)
         self.coarsest.stale = True
 
-    def __call__(self, r: np.ndarray, number: int = 0) -> np.ndarray:
-        """One V(1,1)-cycle for A z = r from z = 0, on level `number`; overwritten by the next call."""
+    def __call__(self, r: np.ndarray, number: int = 0, left: np.ndarray | None = None) -> np.ndarray:
+        """One V(1,1)-cycle for A z = r from z = 0, on level `number`; overwritten by the next call.
+
+        Its defect is written into `left`, if given.
+        """
         level = self.levels[number]
         if number == len(self.levels) - 1:
             self.coarsest.solve(r, level.z)
-            return level.z
-        coarser = self.levels[number + 1]
-        level.sweep_from_zero(r)
-        level.project(level.rest)
-        coarser.load[:] = 0.0
-        interpolate(level.R, level.rest, coarser.load)
-        coarser.exchange.add(coarser.load)
-        interpolate(level.P, self(coarser.load, number + 1), level.z)
-        level.project(level.z)
-        level.backward_sweep(r)
+        else:
+            coarser = self.levels[number + 1]
+            level.sweep_from_zero(r)
+            project(level.rest, level.held, level.T)
+            coarser.load[:] = 0.0
+            interpolate(level.R, level.rest, coarser.load)
+            coarser.exchange.add(coarser.load)
+            interpolate(level.P, self(coarser.load, number + 1), level.z)
+            project(level.z, level.held, level.T)
+            level.backward_sweep(r)
+        level.missing(r, left)
         return level.z

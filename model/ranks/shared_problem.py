@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array
 
-from model.node_loop.blocks import BlockMatrix
-from model.node_loop.friction_laws import FrictionLaw, as_law
+from model.node_loop.friction_laws import as_law
 from model.problem.contact_problem import length_scale, shaped
 
 
@@ -74,21 +73,6 @@ class SharedProblem:
     def tangential_reference(self) -> np.ndarray:
         """Displacement (n, d) at which nodes stick at first: none."""
         return np.zeros(self.normal.shape)
-
-    def coarser(
-        self,
-        A: BlockMatrix,
-        coordinates: np.ndarray,
-        nodes: np.ndarray,
-        normal: np.ndarray,
-        friction: FrictionLaw | None,
-    ) -> "SharedProblem":
-        """Return the problem on the next coarser mesh, of the rows A; loads and gaps come with each solve."""
-        N, d = coordinates.shape
-        rows = np.concatenate([A.indptr, np.full(N + 1 - A.indptr.size, A.indptr[-1])]).astype(np.int64)
-        matrix = bsr_array((A.data, A.indices.astype(np.int64), rows), shape=(N * d, N * d))
-        arrays = (matrix, np.zeros((N, d)), coordinates, nodes, normal, np.zeros(nodes.size), friction)
-        return SharedProblem(*arrays, self.prolongations[1:], self.exchanges[1:], self.ids[1:])
 
     def checked_gap(self, gap: np.ndarray) -> np.ndarray:
         """Return `gap` (n,) with rounding errors below zero cut off, or refuse it (ValueError)."""

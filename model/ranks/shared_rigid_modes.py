@@ -34,10 +34,14 @@ class SampledModes(RigidModes):
 class SharedRigidModes:
     """Rigid modes of a shared problem, of which the first rank asks whether the road balances a load.
 
+    They are not carried apart from displacements, as `RigidModes` on one rank are: of such modes it has none.
+
     Parameters
     ----------
     problem : SharedProblem
     """
+
+    count = 0
 
     def __init__(self, problem: SharedProblem):
         ranks, owned = problem.exchanges[0], problem.exchanges[0].owned
@@ -59,22 +63,32 @@ class SharedRigidModes:
         coordinates, numbers, modes = (np.concatenate(x) for x in zip(candidates, others))
         modes = modes.reshape(-1, self.modes.shape[2])
         self.sampled = SampledModes(coordinates, numbers, modes, len(candidates[0]))
-        self.normal = ranks.stacked(problem.normal)
 
-    def require_balance(self, b: np.ndarray, mu: np.ndarray, tolerance: float) -> None:
+    def require_balance(self, b: np.ndarray, normal: np.ndarray, mu: np.ndarray, tolerance: float) -> None:
         """Refuse a load (owned, d) as `RigidModes.require_balance` does, mu (n,); collective."""
         if self.modes.shape[2] == 0:
             return
         ranks, trouble = self.ranks, ""
         drive = ranks.sum(np.einsum("nam,na->m", self.modes[: ranks.owned], b))
         load, size = self.sampled.load_of(drive), np.sqrt(ranks.dot(b, b))
-        mu, part = ranks.stacked(mu), np.linalg.norm(load)
+        normal, mu, part = ranks.stacked(normal), ranks.stacked(mu), np.linalg.norm(load)
         if ranks.before(1) == 0 and part > 0.0:
             try:
-                self.sampled.require_balance(load, self.normal, mu, tolerance * size / part)
+                self.sampled.require_balance(load, normal, mu, tolerance * size / part)
             except ValueError as error:
                 trouble = str(error)
         ranks.agree(trouble)
+
+    def bears(self, b: np.ndarray, normal: np.ndarray, mu: np.ndarray, tolerance: float) -> None:
+        """Leave it to be found out."""
+
+    def part_of(self, u: np.ndarray) -> np.ndarray:
+        """Return what of a displacement is carried apart: nothing."""
+        return np.zeros_like(u)
+
+    def loose(self, frame: np.ndarray, status: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+        """Return no modes, whatever may be loose."""
+        return np.zeros((0, 0))
 
 
 def bodies(problem: SharedProblem) -> np.ndarray:

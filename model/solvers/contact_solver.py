@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -200,7 +201,7 @@ class ContactSolver:
     [2, 1]
     """
 
-    ranks = ONE_RANK
+    ranks: Any = ONE_RANK
 
     def __init__(
         self, problem: ContactProblem, correction: str = "auto", order: Any = None, progress: bool = True
@@ -212,13 +213,19 @@ class ContactSolver:
             raise ValueError(f"order must be a permutation of 0, ..., {N - 1}.")
         announce_compilation()
         began = perf_counter()
-        self.problem, self.progress = problem, progress
-        self.rigid = RigidModes(problem.A, problem.coordinates, problem.contact_nodes, problem.turning)
+        self.problem: Any = problem
+        self.progress = progress
         A = block_matrix(problem.A)
         self.loop = NodeLoop(A, problem.contact_nodes, problem.normal, problem.friction, order)
         self.correction = self._make(correction)
         self.setup_seconds = perf_counter() - began
         self._unpaid = self.setup_seconds
+
+    @cached_property
+    def rigid(self) -> Any:
+        """Rigid modes of the problem."""
+        problem = self.problem
+        return RigidModes(problem.A, problem.coordinates, problem.contact_nodes, problem.turning)
 
     def _make(self, correction: str) -> Any:
         problem, loop = self.problem, self.loop
@@ -305,12 +312,10 @@ class ContactSolver:
         positive(limit=limit, slip_rate=slip_rate)
         loop, first, steps = self.loop, self.loop.sweeps, int(self.correction.steps[0])
         loop.slip_rate = slip_rate
-        u = np.zeros(loop.shape) if start is None else shaped("start", start, loop.shape).copy()
-        if start_status is not None:
-            start_status = shaped("start_status", start_status, loop.nodes.shape)
-            if not np.isin(start_status, list(Status)).all():
-                raise ValueError("start_status holds other values than those of Status, 0, 1 and 2.")
-        posed = self._pose(b, gap, tangential_reference, slipped, normal, places, u[loop.nodes])
+        u, start_status, load, gap, reference, slipped = self._checked(
+            start, start_status, b, gap, tangential_reference, slipped, normal is None
+        )
+        posed = self._pose(load, gap, reference, slipped, normal, places, u[loop.nodes])
         loop.put_springs(springs)
         loop.prescribe(posed.load, u)
         self._require_room(u, posed.gap)
@@ -322,9 +327,10 @@ class ContactSolver:
                 lambda: loop.sweeps - first,
                 self.progress,
                 lambda tests: self._causes(u, status, tests, tolerance),
-                lambda: rounding_floor(loop.A, u, loop.load_size + length(loop.force)),
+                lambda: self._floor(u),
                 part=part,
                 history=list(history),
+                ranks=self.ranks,
             )
 
         base, status, record = self._solve_in_parts(posed, u, start_status, opened)
@@ -344,26 +350,49 @@ class ContactSolver:
             peak_memory=getrusage(RUSAGE_SELF).ru_maxrss * 1024,
         )
 
+    def _checked(
+        self, start: Any, start_status: Any, b: Any, gap: Any, reference: Any, slipped: Any, flat: bool
+    ) -> tuple[Any, ...]:
+        """Check what is given for a solve on every rank, and take the rest from the problem."""
+        problem, loop, trouble = self.problem, self.loop, ""
+        shape, n = loop.field_shape, loop.nodes.size
+        try:
+            u = np.zeros(shape) if start is None else shaped("start", start, shape).copy()
+            if start_status is not None:
+                start_status = shaped("start_status", start_status, (n,))
+                if not np.isin(start_status, list(Status)).all():
+                    raise ValueError("start_status holds other values than those of Status, 0, 1 and 2.")
+            load = self.ranks.own(problem.b if b is None else shaped("b", b, shape))
+            gap = problem.gap if gap is None else gap
+            # the distance to a plane that the road touches elsewhere may be negative
+            gap = problem.checked_gap(gap) if flat else shaped("gap", gap, (n,))
+            reference = problem.tangential_reference if reference is None else reference
+            reference = shaped("tangential_reference", reference, loop.force.shape)
+            slipped = np.zeros(n) if slipped is None else shaped("slipped", slipped, (n,))
+        except ValueError as error:
+            trouble = str(error)
+        self.ranks.agree(trouble)
+        return u, start_status, load, gap, reference, slipped
+
     def _pose(
-        self, b: Any, gap: Any, reference: Any, slipped: Any, normal: Any, places: Any, held: np.ndarray
+        self,
+        load: np.ndarray,
+        gap: np.ndarray,
+        reference: np.ndarray,
+        slipped: np.ndarray,
+        normal: Any,
+        places: Any,
+        held: np.ndarray,
     ) -> Posed:
-        """Check what is given, take the rest from the problem, and see that the road can hold the body."""
+        """Tell the loop of its planes, and see that the road can hold the body."""
         problem, loop = self.problem, self.loop
-        n, flat = problem.contact_nodes.size, normal is None
-        load = problem.b if b is None else shaped("b", b, loop.shape)
-        gap = problem.gap if gap is None else gap
-        # the distance to a plane that the road touches elsewhere may be negative
-        gap = problem.checked_gap(gap) if flat else shaped("gap", gap, (n,))
-        reference = problem.tangential_reference if reference is None else reference
-        reference = shaped("tangential_reference", reference, (n, problem.dim))
-        slipped = np.zeros(n) if slipped is None else shaped("slipped", slipped, (n,))
-        self.take_planes(problem.normal if flat else normal)
+        self.take_planes(problem.normal if normal is None else normal)
         if places is None and loop.friction is not None and loop.friction.by_place:
             height = gap + np.einsum("ca,ca->c", loop.normal, reference)
             places = problem.coordinates[loop.nodes] + reference - height[:, None] * loop.normal
         state = loop.told(slipped, places)
-        mu = 0.0 if loop.friction is None else state[:, 1]
-        if flat:
+        mu = np.zeros(loop.nodes.size) if loop.friction is None else state[:, 1]
+        if normal is None:
             self.rigid.require_balance(load, loop.normal, mu, BALANCE)
         else:  # on a curved road others may hold the body in the end
             self.rigid.bears(load, loop.normal, mu, BALANCE)
@@ -434,6 +463,7 @@ class ContactSolver:
         distance = gap_at(posed.gap, loop.normal, u[loop.nodes])  # where they lie by rounding only: it goes
         u[loop.nodes[lies]] -= (distance / loop.part)[lies, None] * loop.frame[lies, 0]
         loop.prescribe(posed.load, u)  # rounding of the rigid part moves no support
+        self.ranks.update(u)
         force, pressure = loop.reaction(u[loop.nodes] - posed.reference)
         return {
             "displacement": u,
@@ -447,7 +477,7 @@ class ContactSolver:
 
     def take_planes(self, normal: np.ndarray) -> None:
         """Give every candidate a plane by its unit normal (n, d), unless it has it."""
-        if not np.array_equal(normal, self.loop.normal):
+        if self.ranks.any(not np.array_equal(normal, self.loop.normal)):
             self.loop.update_normals(normal)
             self.correction.update_normals()
         loop = self.loop
@@ -460,6 +490,10 @@ class ContactSolver:
                 FrictionLeftOut,
                 stacklevel=3,
             )
+
+    def _floor(self, u: np.ndarray) -> float:
+        """Natural residual that the rounding of u (N, d) may leave."""
+        return rounding_floor(self.loop.A, u, self.loop.load_size + length(self.loop.force))
 
     def _causes(self, u: np.ndarray, status: np.ndarray, tests: list[float], tolerance: float) -> list[str]:
         """Say why a solve may not have converged.
@@ -487,16 +521,15 @@ class ContactSolver:
 
     def _require_room(self, u: np.ndarray, gap: np.ndarray) -> None:
         """Refuse a node that is prescribed a place below the road."""
-        loop, problem = self.loop, self.problem
+        loop, trouble = self.loop, ""
         still = loop.cannot_move | loop.uncoupled[loop.nodes].all(axis=1)
-        if loop.uncoupled.all() or not still.any():  # a diagonal matrix prescribes nothing
-            return
+        still &= not loop.uncoupled.all()  # a diagonal matrix prescribes nothing
         there = u[loop.nodes]
-        depth = -(gap + np.einsum("ca,ca->c", loop.normal, there))
-        depth[~still] = 0.0
-        worst = int(np.argmax(depth))
-        if depth[worst] > 1e-12 * length_scale(problem.coordinates):
-            raise ValueError(below_road(int(loop.nodes[worst]), there[worst], depth[worst]))
+        depth = np.where(still, -(gap + np.einsum("ca,ca->c", loop.normal, there)), 0.0)
+        if depth.any() and depth.max() > 1e-12 * length_scale(self.problem.coordinates):
+            worst = int(np.argmax(depth))
+            trouble = below_road(int(loop.nodes[worst]), there[worst], depth[worst])
+        self.ranks.agree(trouble)
 
 
 def choose(problem: ContactProblem) -> str:

@@ -3,9 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
+
+from model.one_rank import ONE_RANK
 
 IDLE = 100  # residual tests without progress that are enough
 ASTRAY = 1e-5  # residual beyond which a displacement is not short of digits but wrong; 1e-7 were seen
@@ -17,10 +20,9 @@ class NotConverged(RuntimeError):
     `residual`, `history`, `sweeps` and `cycles` say how far it came; `everybody`, whether all ranks met it.
     """
 
-    everybody = False
-
     def __init__(self, message: str, record: "Record"):
         super().__init__(message)
+        self.everybody = record.ranks is not ONE_RANK
         self.residual = record.history[-1]
         self.history = np.array(record.history)
         self.sweeps, self.cycles = record.sweeps(), record.cycles
@@ -46,6 +48,8 @@ class Record:
         Residual that the rounding of the present displacement may leave.
     part : float
         Of the first residual, at which the solve may end as well.
+    ranks : OneRank or geometry.exchange.Exchange
+        Who solve together, and end together.
 
     Attributes
     ----------
@@ -74,6 +78,7 @@ class Record:
     fall: float = 0.999
     soon: int = IDLE
     rounded: bool = False
+    ranks: Any = ONE_RANK
 
     def __post_init__(self) -> None:
         """Open the bar, unseen for two seconds and wherever the output is not a terminal."""

@@ -16,7 +16,7 @@ from model.node_loop.blocks import diagonal_positions
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import RigidModes, rigid_motions
 from model.solvers.galerkin_coarsening import Level, coarsen, prolongation
-from model.solvers.truncated_multigrid import Multigrid
+from model.solvers.truncated_multigrid import Cycle, Multigrid
 
 STRENGTH = {
     2: ("evolution", {"epsilon": 4.0, "k": 2, "proj_type": "l2"}),
@@ -51,7 +51,7 @@ def algebraic(A: bsr_array, loop: NodeLoop, rigid: RigidModes) -> Multigrid:
         P = bsr_array(level.P)
         levels.append(coarsen(levels[-1], prolongation(P), P.shape[1] // P.blocksize[1]))
     coarse_modes = hierarchy.levels[-1].B @ np.linalg.lstsq(motions, rigid.modes)[0]
-    multigrid = Multigrid(loop, levels, rigid, coarse_modes)
+    multigrid = Multigrid(loop, Cycle(levels), rigid, coarse_modes)
     multigrid.cycle.visits, multigrid.cycle.sweeps = (2, 1) if d == 2 else (1, 2)
     multigrid.name = "algebraic"
     return multigrid

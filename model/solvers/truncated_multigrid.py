@@ -24,10 +24,8 @@ import numpy as np
 from numba import njit
 from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import bsr_array, csr_array, diags_array
-from scipy.sparse.linalg import LinearOperator, gcrotmk
 
 from model.node_loop.blocks import (
-    FUSED,
     BlockMatrix,
     backward_sweep,
     backward_sweep_with_defect,
@@ -40,9 +38,11 @@ from model.node_loop.contact_sweep import place_all_on_surface
 from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
+from model.one_rank import ONE_RANK
 from model.problem.rigid_modes import BALANCE, SEEN, RigidModes, null_space
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, interpolate, prolongation, recompute
+from model.solvers.krylov import conjugate_gradients, flexible_gmres
 from model.solvers.projected_search import projected_search
 from model.solvers.static_condensation import Condensation
 
@@ -57,7 +57,7 @@ PATIENCE = 8  # rounds in which the residual need not fall; then the problem is 
 FALL = 0.9  # of the residual is progress
 KRYLOV = 30  # cycles in one correction at most
 GUESSES = 30  # rounds on a coarser mesh at most
-NESTED = 1e-1  # natural residual to which coarser meshes solve for a first guess
+NESTED, EXACT = 1e-1, 1e-6  # natural residuals to which coarser meshes, and the coarsest, solve for a guess
 
 
 class Cycle:
@@ -79,8 +79,8 @@ class Cycle:
     def __init__(self, levels: list[Level]):
         self.visits = self.sweeps = 1
         finest = replace(levels[0], inverse=levels[0].inverse.copy(), held=None)
-        self.held, self.symmetric = np.flatnonzero(levels[0].held), True
-        finest.hold(self.held, levels[0].T[self.held])
+        finest.hold(held := np.flatnonzero(levels[0].held), levels[0].T[held])
+        self.symmetric = True
         coarser = [
             replace(level, A=level.A._replace(data=level.A.data.copy()), inverse=level.inverse.copy())
             for level in levels[1:]
@@ -107,8 +107,7 @@ class Cycle:
         blocks = finest.A.data[finest.middle[nodes]]
         finest.inverse[nodes] = projected_inverses(blocks, projectors, tests)
         finest.hold(nodes, projectors, tests)
-        self.held = np.flatnonzero(finest.held)
-        self.symmetric = np.array_equal(finest.L[self.held], finest.T[self.held])
+        self.symmetric = np.array_equal(finest.L[finest.held], finest.T[finest.held])
         self.solve_coarsest = None
         changed = columns_of(finest.A, nodes, finest.inverse.shape[0])
         for fine, coarse in pairwise(self.levels):
@@ -141,12 +140,13 @@ class Cycle:
             for _ in range(self.sweeps):
                 backward_sweep(size)(level.A, level.inverse, r, z)
             defect(size)(level.A, r, z, rest)
-        held = self.held if number == 0 else self.held[:0]
-        project(rest, held, level.L)
+        if number == 0:
+            project(rest, level.held, level.L)
         coarse_r[:] = 0.0
         interpolate(level.R, rest, coarse_r)
         interpolate(level.P, self._solve_coarse(coarse_r, number + 1), z)
-        project(z, held, level.T)
+        if number == 0:
+            project(z, level.held, level.T)
         for _ in range(self.sweeps - (left is not None)):
             backward_sweep(size)(level.A, level.inverse, r, z)
         if left is not None:
@@ -182,11 +182,11 @@ def supported(finest: Any, nodes: np.ndarray, supports: np.ndarray) -> Iterator[
 
 
 @njit(cache=True, error_model="numpy")
-def project(x, nodes, projectors):
-    """Leave of x (N, d), in place, at nodes (k,) what the projectors (N, d, d) do."""
+def project(x, held, projectors):
+    """Leave of x (N, d), in place, at nodes that are `held` (N,) what the projectors (N, d, d) do."""
     d = x.shape[1]
     left = np.empty(d)
-    for i in nodes:
+    for i in np.flatnonzero(held):
         for a in range(d):
             left[a] = 0.0
             for b in range(d):
@@ -229,33 +229,6 @@ def dense_solver(level: Level, kernel: np.ndarray, symmetric: bool) -> Callable[
     return solve
 
 
-@njit(cache=True, error_model="numpy", fastmath=FUSED)
-def step_along(alpha, direction, product, x, r):
-    """Do x += alpha direction, r += alpha product, with product = -A direction; return the norm of r."""
-    s = 0.0
-    for i in range(x.shape[0]):
-        for a in range(x.shape[1]):
-            x[i, a] += alpha * direction[i, a]
-            r[i, a] += alpha * product[i, a]
-            s += r[i, a] * r[i, a]
-    return np.sqrt(s)
-
-
-@njit(cache=True, error_model="numpy", fastmath=FUSED)
-def turn_direction(beta, z, r, left, direction, product):
-    """Do direction = z + beta direction, and the same with `product`, -A direction, to which A z = r - left.
-
-    Return direction . A direction.
-    """
-    s = 0.0
-    for i in range(z.shape[0]):
-        for a in range(z.shape[1]):
-            direction[i, a] = z[i, a] + beta * direction[i, a]
-            product[i, a] = left[i, a] - r[i, a] + beta * product[i, a]
-            s -= direction[i, a] * product[i, a]
-    return s
-
-
 class Multigrid:
     """Rounds of one sweep of the node loop and a truncated multigrid correction.
 
@@ -266,39 +239,43 @@ class Multigrid:
     ----------
     loop : NodeLoop
         The loop on this mesh.
-    levels : list of Level
-        This mesh and all coarser ones.
-    rigid : RigidModes
-        Of this mesh and the loop's candidates.
-    coarse_modes : (n d, m)
+    cycle : Cycle
+        On this mesh and all coarser ones.
+    rigid : RigidModes, optional
+        Of this mesh and the loop's candidates, if some may be left free.
+    coarse_modes : (n d, m), optional
         The same modes on the coarsest mesh.
     coarser : CoarserMesh, optional
         The same contact problem on the next coarser mesh, from which a first guess is taken (nested
         iteration).
+
+    Attributes
+    ----------
+    status : (n,)
+        As what the cycle holds each candidate; -1 where it must be told anew.
     """
 
     name = "multigrid"
+    condenses = True  # where the corrections lead nowhere
 
     def __init__(
         self,
         loop: NodeLoop,
-        levels: list[Level],
-        rigid: RigidModes,
-        coarse_modes: np.ndarray,
+        cycle: Any,
+        rigid: RigidModes | None = None,
+        coarse_modes: np.ndarray | None = None,
         coarser: "CoarserMesh | None" = None,
     ):
-        self.loop, self.rigid, self.coarse_modes, self.coarser = loop, rigid, coarse_modes, coarser
-        d = loop.shape[1]
-        self.cycle = Cycle(levels)
-        self.status = np.zeros(loop.nodes.size, dtype=np.int8)
-        self.projectors = np.tile(np.eye(d), (loop.nodes.size, 1, 1))
-        self.held = self.rubs = np.zeros(0, dtype=np.int64)
+        self.loop, self.cycle, self.rigid = loop, cycle, rigid
+        self.coarse_modes, self.coarser = coarse_modes, coarser
+        n, d = loop.force.shape
+        self.status = np.zeros(n, dtype=np.int8)
+        self.projectors = np.tile(np.eye(d), (n, 1, 1))
+        self.rubs = np.zeros(0, dtype=np.int64)
         self.last, self.springs = self.status.copy(), loop.springs
-        self.by_pressure, self.support = np.zeros((loop.nodes.size, d)), np.zeros((loop.nodes.size, d, d))
-        self.zero, self.x, self.direction, self.product, self.before, self.left = (
-            np.zeros(loop.shape) for _ in range(6)
-        )
-        self.best = np.zeros(loop.shape)
+        self.by_pressure, self.support = np.zeros((n, d)), np.zeros((n, d, d))
+        self.zero = np.zeros(loop.shape)
+        self.product, self.left, self.best = (np.zeros(loop.field_shape) for _ in range(3))
         self._defect = defect(d)
         self._condensed: Condensation | None = None
         self._handed_over = False
@@ -334,7 +311,7 @@ class Multigrid:
             if residual < FALL * best:
                 best, idle = residual, 0
                 self.best[:], best_status[:] = u, status
-            elif idle < PATIENCE:
+            elif idle < PATIENCE or not self.condenses:
                 idle += 1
             else:  # the corrections lead nowhere
                 u[:], status[:], self._handed_over = self.best, best_status, True
@@ -362,6 +339,7 @@ class Multigrid:
             loop.put_springs(None)
             A = bsr(loop.A).copy()
             loop.put_springs(springs)
+            assert self.rigid is not None
             self._condensed = Condensation(A, loop, self.rigid)
         return self._condensed
 
@@ -373,32 +351,42 @@ class Multigrid:
         the next correction comes at once: slip would have turned round, and was stopped, or a node has come
         to the road, from which a sweep would lift it again where what bends the body is not yet gone.
         """
-        loop, r, x = self.loop, self.loop.R, self.x
-        scale = loop.load_size + float(np.linalg.norm(loop.force))
+        loop, ranks, r = self.loop, self.loop.ranks, self._missing()
         self._project(r)
         kernel = self._free_modes()
         if kernel.shape[1]:
             drive = kernel.T @ r.ravel()
             motion = (kernel @ drive).reshape(r.shape)
-            driven = np.linalg.norm(drive) > BALANCE * scale
+            driven = np.linalg.norm(drive) > BALANCE * loop.scale
             if driven and self._follow_to_next_node(motion, u, status):
                 return True
             r -= motion
         # without friction the problem is linear now
         newton = 0.0 if loop.friction is None else forcing(record.history)
         part = newton if steady else UNSTEADY
-        wanted = max(part * float(np.linalg.norm(r)), record.tolerance * scale)
-        if steady:
-            wanted *= UNSTEADY**idle
-        if loop.friction is not None and np.any(status == Status.SLIP):
-            record.cycles += self._with_friction(r, wanted)
+        wanted = max(part * np.sqrt(ranks.sum(np.vdot(r, r))), record.tolerance * loop.scale)
+        if steady or idle > PATIENCE:
+            wanted *= UNSTEADY ** min(idle, PATIENCE)
+        missing = r.copy()
+        if loop.friction is not None and ranks.any(bool(np.any(status == Status.SLIP))):
+            x, cycles = flexible_gmres(self._minus, self.cycle, r, wanted, KRYLOV, ranks)
         else:
-            self.before[:] = r
-            record.cycles += self._conjugate_gradients(r, wanted)
+            x, cycles = conjugate_gradients(self._cycled, r, wanted, KRYLOV, ranks)
+        record.cycles += cycles
+        return self._move(x, missing, r, u, status)
+
+    def _missing(self) -> np.ndarray:
+        """Return what is missing from equilibrium, as a field (N, d)."""
+        return self.loop.R
+
+    def _move(
+        self, x: np.ndarray, missing: np.ndarray, left: np.ndarray, u: np.ndarray, status: np.ndarray
+    ) -> bool:
+        """Correct u (N, d) by x, which leaves of what was missing what is `left`; see `_correct`."""
+        loop = self.loop
         if loop.friction is None:
-            np.subtract(self.before, r, out=self.product)  # A x where nothing is held
-            r[:] = self.before
-            projected_search(loop.A, r, x, self.product, loop.contact, u, status)
+            # the difference is A x where nothing is held
+            projected_search(loop.A, missing, x, missing - left, loop.contact, u, status)
             return False
         u += x
         turned, before = stop_slip_that_turned(loop, u, status), np.count_nonzero(status)
@@ -420,13 +408,13 @@ class Multigrid:
 
     def _free_modes(self) -> np.ndarray:
         """Orthonormal columns (N d, z) of the rigid modes that what is held now leaves free."""
+        if self.rigid is None or self.rigid.count == 0:
+            return np.zeros((0, 0))
         modes, m = self.rigid.modes, self.rigid.count
-        if m == 0:
-            return modes
-        nodes, rubs = self.loop.nodes, self.rubs
-        at = self.rigid.at(nodes[self.held])
+        nodes, rubs, held = self.loop.nodes, self.rubs, np.flatnonzero(self.status)
+        at = self.rigid.at(nodes[held])
         rub = self.support[rubs] @ self.rigid.at(nodes[rubs]) / self.loop.diagonal.max()
-        stopped = [(at - self.projectors[self.held] @ at).reshape(-1, m), rub.reshape(-1, m)]
+        stopped = [(at - self.projectors[held] @ at).reshape(-1, m), rub.reshape(-1, m)]
         if self.springs is not None:
             stopped.append((self.springs @ self.rigid.at(nodes)).reshape(-1, m) / self.springs.max())
         free = null_space(np.linalg.qr(np.concatenate(stopped), mode="r"), np.abs(modes).max())
@@ -435,7 +423,7 @@ class Multigrid:
 
     def update_normals(self) -> None:
         """Follow the loop's new normals: what is held must be held anew."""
-        self.status[self.held] = -1
+        self.status[self.status != Status.FREE] = -1
         if self._condensed is not None:
             self._condensed.update_normals()
         if self.coarser is not None:
@@ -445,96 +433,52 @@ class Multigrid:
         """Find how friction follows pressure and slip at u (N, d)."""
         loop = self.loop
         if loop.friction is not None:
-            before, followed = self.rubs, self.by_pressure.copy()
-            friction_tangent(
-                loop.contact,
-                u,
-                loop.R,
-                loop.force,
-                status,
-                loop.friction.address,
-                loop.slip_rate,
-                self.by_pressure,
-                self.support,
-            )
+            before, followed, law = self.rubs, self.by_pressure.copy(), loop.friction.address
+            forces, derivatives = (loop.R, loop.force), (self.by_pressure, self.support)
+            friction_tangent(loop.contact, u, *forces, status, law, loop.slip_rate, *derivatives)
             self.rubs = np.flatnonzero(self.support.any(axis=(1, 2)))
             self.status[before] = self.status[self.rubs] = -1
             self.status[np.any(self.by_pressure != followed, axis=1)] = -1
 
     def _truncate(self, status: np.ndarray) -> bool:
         """Hold the nodes as `status` says; True if that changed anything."""
-        changed = np.flatnonzero(status != self.status)
-        if changed.size:
-            self.projectors[changed] = free_directions(self.loop, changed, status[changed])
-            follow = self.by_pressure[changed, :, None] * self.loop.frame[changed, 0, None, :]
-            tests = self.projectors[changed] @ (np.eye(follow.shape[1]) - follow)
-            self.cycle.truncate(self.loop.nodes[changed], self.projectors[changed], tests)
-            self.status[changed] = status[changed]
-            self.held = np.flatnonzero(self.status)
-        different = np.any(self.last != status)
+        loop, changed = self.loop, np.flatnonzero(status != self.status)
+        anew, different = loop.ranks.sum(np.array([changed.size, np.count_nonzero(self.last != status)]))
         self.last[:] = status
+        if anew:
+            self.projectors[changed] = free_directions(loop, changed, status[changed])
+            follow = self.by_pressure[changed, :, None] * loop.frame[changed, 0, None, :]
+            tests = self.projectors[changed] @ (np.eye(follow.shape[1]) - follow)
+            self._hold(loop.nodes[changed], self.projectors[changed], tests)
+            self.status[changed] = status[changed]
         return bool(different)
+
+    def _hold(self, nodes: np.ndarray, projectors: np.ndarray, tests: np.ndarray) -> None:
+        """Let the cycle hold nodes (k,), as `Cycle.truncate` does."""
+        self.cycle.truncate(nodes, projectors, tests)
 
     def _project(self, r: np.ndarray) -> None:
         """Zero the components of r (N, d) in which nodes are held or prescribed."""
-        project(r, self.cycle.held, self.cycle.levels[0].T)
+        finest = self.cycle.levels[0]
+        project(r, finest.held, finest.T)
         r.flat[self.loop.prescribed] = 0.0
 
-    def _conjugate_gradients(self, r: np.ndarray, wanted: float) -> int:
-        """Set x with A x = r on what is linear, until the defect (in r) is below `wanted`.
+    def _cycled(self, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what a cycle makes of r (N, d), and what that leaves of r."""
+        z = self.cycle(r, left=self.left)
+        self._project(self.left)
+        return z, self.left
 
-        Return the number of cycles. A cycle leaves its defect: no other product with A is needed.
-        """
-        x, direction, product, left = self.x, self.direction, self.product, self.left
-        x[:], direction[:], product[:] = 0.0, 0.0, 0.0
-        before, cycles = 1.0, 0
-        while cycles < KRYLOV:
-            z = self.cycle(r, left=left)
-            cycles += 1
-            power = np.vdot(r, z)
-            if power <= 0.0:  # nothing is missing from what is linear
-                break
-            self._project(left)
-            stiffness = turn_direction(power / before, z, r, left, direction, product)
-            before = power
-            if stiffness <= 0.0:  # along a rigid motion, which nothing resists
-                break
-            if step_along(power / stiffness, direction, product, x, r) <= wanted:
-                break
-        return cycles
-
-    def _with_friction(self, r: np.ndarray, wanted: float) -> int:
-        """Set x as `_conjugate_gradients` does, the friction of slipping nodes following their pressure.
+    def _minus(self, v: np.ndarray) -> np.ndarray:
+        """Return -A v, (N, d), where nothing is held, the friction of slipping nodes following pressure.
 
         That makes A unsymmetric.
         """
-        loop, product, finest = self.loop, self.product, self.cycle.levels[0]
-        cycles = 0
-
-        def follow_friction(v: np.ndarray) -> np.ndarray:
-            self._defect(loop.A, self.zero, v.reshape(loop.shape), product)
-            project(product, self.cycle.held, finest.L)
-            product.flat[loop.prescribed] = 0.0
-            return -product.ravel()
-
-        def precondition(v: np.ndarray) -> np.ndarray:
-            nonlocal cycles
-            cycles += 1
-            return self.cycle(v.reshape(loop.shape)).ravel().copy()
-
-        size = (r.size, r.size)
-        x, _ = gcrotmk(
-            LinearOperator(size, follow_friction, dtype=np.float64),
-            r.ravel(),
-            M=LinearOperator(size, precondition, dtype=np.float64),
-            rtol=0.0,
-            atol=wanted,
-            m=KRYLOV,
-            k=0,
-            maxiter=1,
-        )
-        self.x[:] = x.reshape(loop.shape)
-        return cycles
+        loop, finest = self.loop, self.cycle.levels[0]
+        self._defect(loop.A, self.zero, v, self.product[: len(self.zero)])
+        project(self.product, finest.held, finest.L)
+        self.product.flat[loop.prescribed] = 0.0
+        return self.product
 
 
 def forcing(history: Sequence[float]) -> float:
@@ -578,27 +522,30 @@ class CoarserMesh:
         Of the finer mesh, to see which rigid motions the contact must hold.
     """
 
+    loop: NodeLoop
+    correction: Any
+
     def __init__(self, fine: NodeLoop, levels: list[Level], weights: Sequence[csr_array], rigid: RigidModes):
-        self.level = levels[0]
-        at_candidates = weights[0][fine.nodes]
-        self.copies = np.flatnonzero(
-            np.diff(at_candidates.indptr) == 1
-        )  # candidates kept by the coarser mesh
-        nodes = at_candidates[self.copies].indices
-        self.loop = loop = NodeLoop(levels[1].A, nodes, fine.frame[self.copies, 0], fine.friction)
-        copies = np.flatnonzero(np.diff(weights[0].indptr) == 1)
-        kept = np.empty_like(copies)
-        kept[weights[0][copies].indices] = copies
-        rigid = rigid.of_coarser_mesh(kept, nodes)
+        self._meet(fine, levels[0], weights[0])
+        self.loop = loop = NodeLoop(levels[1].A, self.nodes, fine.frame[self.copies, 0], fine.friction)
+        kept, coarse = copies_of(weights[0])
+        rigid = rigid.of_coarser_mesh(kept[np.argsort(coarse)], self.nodes)
         if len(weights) == 1:
-            self.correction: Any = condensation(loop, rigid)
+            self.correction = condensation(loop, rigid)
         else:
             coarser = CoarserMesh(loop, levels[1:], weights[1:], rigid)
-            self.correction = Multigrid(loop, levels[1:], rigid, inject(rigid.modes, weights[1:]), coarser)
-        self.weights = at_candidates[:, nodes]
-        self.between = (
-            np.abs(self.weights.sum(axis=1) - 1.0) < 1e-9
-        )  # candidates whose parents are candidates
+            modes = inject(rigid.modes, weights[1:])
+            self.correction = Multigrid(loop, Cycle(levels[1:]), rigid, modes, coarser)
+
+    def _meet(self, fine: NodeLoop, level: Any, weights: csr_array, ranks: Any = ONE_RANK) -> None:
+        """Find the candidates (k,) that the coarser mesh keeps, and its own (k,); ranks share its nodes."""
+        self.level, self.ranks, self.weights = level, ranks, weights[fine.nodes]
+        self.copies, self.nodes = copies_of(self.weights)
+        candidate = np.zeros(weights.shape[1])
+        candidate[self.nodes] = 1.0
+        ranks.update(candidate)
+        # candidates whose parents are candidates
+        self.between = np.abs(self.weights @ candidate - 1.0) < 1e-9
 
     def update_normals(self, fine: NodeLoop) -> None:
         """Follow the new normals of the finer mesh."""
@@ -610,31 +557,45 @@ class CoarserMesh:
 
         The residual at u must be the last that the fine loop has computed.
         """
-        level, coarse, r = self.level, self.loop, fine.R
+        level, copies, r = self.level, self.copies, fine.R
         r[fine.nodes] -= fine.force
-        b = np.zeros(coarse.shape)
+        b = np.zeros((self.weights.shape[1], r.shape[1]))
         interpolate(level.R, r, b)
-        way = fine.sticking_place(self.copies) - u[fine.nodes[self.copies]]
-        coarse.slip_rate = fine.slip_rate
-        coarse.set_load(b, fine.gaps(u, status)[self.copies], way, fine.contact.state[self.copies])
-        e = np.zeros(coarse.shape)
-        in_contact = coarse.start(e, status[self.copies])
-        with suppress(NotConverged):  # a guess is a guess
-            # the coarsest answer is exact: it must have found the nodes that hold the body
-            wanted = max(NESTED, record.tolerance) if isinstance(self.correction, Multigrid) else 1e-6
-            enough = Record(wanted, GUESSES, record.sweeps, False)
-            self.correction.solve(e, in_contact, enough)
+        self.ranks.add(b)
+        way = fine.sticking_place(copies) - u[fine.nodes[copies]]
+        given = fine.gaps(u, status)[copies], way, fine.contact.state[copies], status[copies]
+        e, gaps, found = self._solve(b, given, fine.slip_rate, record)
         interpolate(level.P, e, u)
         fine.prescribe(fine.b, u)
+        marks = np.zeros((len(e), 2))
+        marks[self.nodes] = np.column_stack([gaps, found == Status.STICK])
+        self.ranks.update(marks)
+        arrived, stuck = (self.weights @ marks).T
         gap = fine.contact.gap + np.einsum("ca,ca->c", fine.frame[:, 0], u[fine.nodes])
-        arrived = self.weights @ coarse.gaps(e, in_contact)
         lift = np.where(self.between, arrived - gap, 0.0)
         u[fine.nodes] += lift[:, None] * fine.frame[:, 0]
-        stuck = self.weights @ (in_contact == Status.STICK).astype(float) > 1.0 - 1e-9
-        status[:] = np.where(
-            self.between & (arrived == 0.0), np.where(stuck, Status.STICK, Status.SLIP), Status.FREE
-        )
+        sticks = np.where(stuck > 1.0 - 1e-9, Status.STICK, Status.SLIP)
+        status[:] = np.where(self.between & (arrived == 0.0), sticks, Status.FREE)
         place_on_road(fine, u, status)
+        fine.ranks.update(u)
+
+    def _solve(
+        self, b: np.ndarray, given: Sequence[np.ndarray], slip_rate: float, record: Record
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return displacement (N, d), gaps and status (k,) of the coarser mesh.
+
+        For a load b (N, d) and what is `given` of its candidates: gap, stick position, what the friction law
+        is told, and status; see `NodeLoop.set_load`.
+        """
+        loop, e = self.loop, np.zeros(b.shape)
+        loop.slip_rate = slip_rate
+        loop.set_load(b, *given[:3])
+        status = loop.start(e, given[3])
+        # the coarsest answer is exact: it must have found the nodes that hold the body
+        wanted = max(NESTED, record.tolerance) if isinstance(self.correction, Multigrid) else EXACT
+        with suppress(NotConverged):  # a guess is a guess
+            self.correction.solve(e, status, Record(wanted, GUESSES, record.sweeps, False))
+        return e, loop.gaps(e, status), status
 
 
 def condensation(loop: NodeLoop, rigid: RigidModes) -> Condensation:
@@ -653,7 +614,13 @@ def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidMo
     for weights in prolongations:
         levels.append(coarsen(levels[-1], prolongation(weights), weights.shape[1]))
     coarser = CoarserMesh(loop, levels, prolongations, rigid)
-    return Multigrid(loop, levels, rigid, inject(rigid.modes, prolongations), coarser)
+    return Multigrid(loop, Cycle(levels), rigid, inject(rigid.modes, prolongations), coarser)
+
+
+def copies_of(weights: csr_array) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows (k,) of a prolongation that keep a node of the coarser mesh, and these nodes (k,)."""
+    copies = np.flatnonzero(np.diff(weights.indptr) == 1)
+    return copies, weights[copies].indices.astype(np.int64)
 
 
 def inject(modes: np.ndarray, prolongations: Sequence[csr_array]) -> np.ndarray:
@@ -661,9 +628,9 @@ def inject(modes: np.ndarray, prolongations: Sequence[csr_array]) -> np.ndarray:
     N, (rows, m) = prolongations[0].shape[0], modes.shape
     values = modes.reshape(N, rows // N, m)
     for weights in prolongations:
-        kept = np.flatnonzero(np.diff(weights.indptr) == 1)
+        kept, nodes = copies_of(weights)
         coarse = np.zeros((weights.shape[1], *values.shape[1:]))
-        coarse[weights[kept].indices] = values[kept]
+        coarse[nodes] = values[kept]
         values = coarse
     return values.reshape(values.shape[0] * values.shape[1], m)
 
