@@ -96,8 +96,8 @@ def flexible_gmres(
 ) -> tuple[np.ndarray, int]:
     """Solve A x = r, for any A, by functions of a vector: -A v, and about A^-1 v (Saad 1993).
 
-    r is kept; other arguments and result as of `conjugate_gradients`. Bases are made orthogonal by classical
-    Gram-Schmidt, twice, so that ranks tell each other three sums a step.
+    r is kept; other arguments and result as of `conjugate_gradients`. By classical Gram-Schmidt, two sums
+    over ranks a step: the bases are too short to lose much by it.
 
     Examples
     --------
@@ -119,10 +119,8 @@ def flexible_gmres(
         directions[count - 1] = precondition(basis[count - 1])
         w, column = V[count], H[:, count - 1]
         np.negative(minus(directions[count - 1]), out=basis[count])
-        for _ in range(2):
-            along = ranks.sum(V[:count] @ w)
-            w -= along @ V[:count]
-            column[:count] += along
+        column[:count] = ranks.sum(V[:count] @ w)
+        w -= column[:count] @ V[:count]
         column[count] = np.sqrt(ranks.sum(np.vdot(w, w)))
         rows = slice(count + 1)
         y = np.linalg.lstsq(H[rows, :count], goal[rows], rcond=None)[0]
