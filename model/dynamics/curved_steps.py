@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from model.curved.tangent_planes import RoadPlanes, at_anchors, softness
-from model.dynamics.contact_update import forget_rounding
 from model.dynamics.midpoint import Midpoint
 from model.dynamics.time_integrator import State, TimeIntegrator, Touch
 from model.node_loop.node_loop import length
@@ -40,6 +39,7 @@ class FollowsRoad(TimeIntegrator):
     """
 
     iterations = 0
+    rounding = 0.01 * ON_ROAD  # planes follow what is left of gaps
 
     def touch(self, before: State, moved: np.ndarray, b: np.ndarray, solver: str = "step") -> Touch:
         """Find the increment from the guess `before.displacement + moved` for the missing force b (N, d).
@@ -70,12 +70,6 @@ class FollowsRoad(TimeIntegrator):
                 return replace(touch, gap=np.where(touch.status == Status.FREE, planes.gap, 0.0))
             last = replace(before, status=touch.status)
         raise self._off(planes)
-
-    def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Gap (n,) and normal (n, d) under the body, all but rounding: planes follow what is left of gaps."""
-        gap, normal = self.body.gaps(state.displacement, state.time)
-        forget_rounding(gap, state.status, 0.01 * ON_ROAD * self.body.size)
-        return gap, normal
 
     def _settle(self, state: State) -> float:
         """Bring the massless nodes of a scheme that has such into equilibrium, on the road itself."""

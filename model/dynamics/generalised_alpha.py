@@ -9,18 +9,15 @@ Sources: Chung and Hulbert, J. Appl. Mech. 60 (1993) 371; Hilber, Hughes and Tay
 Dyn. 5 (1977) 283.
 """
 
-from time import perf_counter
 from typing import Any
 
-import numpy as np
-
 from checks import between
-from model.dynamics.block_sums import weighted_sum
 from model.dynamics.moving_body import MovingBody
-from model.dynamics.time_integrator import State, TimeIntegrator
+from model.dynamics.newmark import Newmark
+from model.dynamics.time_integrator import TimeIntegrator
 
 
-class GeneralisedAlpha(TimeIntegrator):
+class GeneralisedAlpha(Newmark):
     """The generalised-alpha method.
 
     Parameters
@@ -54,60 +51,10 @@ class GeneralisedAlpha(TimeIntegrator):
     def __init__(self, body: MovingBody, dt: float, rho: float = 0.8, **options: Any):
         between(0.0, 1.0, rho=rho)
         self._shift((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0))
-        super().__init__(body, dt, **options)
-
-    def _shift(self, alpha_m: float, alpha_f: float) -> None:
-        """Set the shifts, and with them the beta and gamma of second order and best damping."""
-        self.alpha_m, self.alpha_f = alpha_m, alpha_f
-        self.gamma = 0.5 - alpha_m + alpha_f
-        self.beta = 0.25 * (1.0 - alpha_m + alpha_f) ** 2
-
-    def effective_matrix(self) -> Any:
-        """Return (1 - am) M / (beta dt^2) + (1 - af) (gamma / (beta dt) C + K)."""
-        scale = 1.0 / (self.beta * self.dt**2)
-        late = 1.0 - self.alpha_f
-        return weighted_sum(
-            ((1.0 - self.alpha_m) * scale, self.M),
-            (late, self.body.K),
-            (late * self.gamma * self.dt * scale, self.body.C),
-        )
-
-    def step(self, before: State) -> State:
-        """Return the state one step later."""
-        began = perf_counter()
-        dt, beta, gamma, body = self.dt, self.beta, self.gamma, self.body
-        u0, v0, a0 = before.displacement, before.velocity, before.acceleration
-        moved = dt * v0 + (dt**2 * (0.5 - beta)) * a0
-        speed = v0 + (dt * (1.0 - gamma)) * a0
-        b = (1.0 - self.alpha_f) * body.missing_force((before.step + 1) * dt, u0 + moved, speed)
-        b += self.alpha_f * body.missing_force(before.step * dt, u0, v0)
-        if self.alpha_m:
-            b -= self.alpha_m * (self.M @ a0.ravel()).reshape(a0.shape)
-        touch = self.touch(before, moved, b)
-        a1 = touch.increment / (beta * dt**2)
-        v1 = speed + (dt * gamma) * a1
-        change = moved + touch.increment
-        # the part of M a that the road is answerable for lags behind its force
-        lagging = before.contact_force if before.memory is None else before.memory
-        leading = (touch.force - self.alpha_m * lagging) / (1.0 - self.alpha_m)
-        mean = (1.0 - gamma) * lagging + gamma * leading
-        work = self.work(mean, change, before, touch.gap)
-        work.damping = self.damping_work(0.5 * (v0 + v1), change)
-        work.numerical = np.nan
-        return self.after(
-            before,
-            touch,
-            began,
-            displacement=u0 + change,
-            velocity=v1,
-            acceleration=a1,
-            mean_force=mean,
-            work=work,
-            memory=leading,
-        )
+        TimeIntegrator.__init__(self, body, dt, **options)
 
 
-class HHT(GeneralisedAlpha):
+class HHT(Newmark):
     """The method of Hilber, Hughes and Taylor.
 
     Parameters
@@ -140,8 +87,5 @@ class HHT(GeneralisedAlpha):
 
     def __init__(self, body: MovingBody, dt: float, alpha: float = 0.1, **options: Any):
         between(0.0, 1.0 / 3.0, alpha=alpha)
-        self.alpha = alpha
-        super().__init__(body, dt, **options)
-
-    def _shift(self, alpha_m: float, alpha_f: float) -> None:
-        super()._shift(0.0, self.alpha)
+        self._shift(0.0, alpha)
+        TimeIntegrator.__init__(self, body, dt, **options)

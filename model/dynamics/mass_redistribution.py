@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import bsr_array, csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from model.dynamics.block_sums import scaled_by_nodes
 from model.dynamics.initial_acceleration import mass_inverse
@@ -246,19 +245,13 @@ def _with_held(A: bsr_array) -> bsr_array:
 def layers(A: bsr_array, nodes: np.ndarray, ranks: Any) -> np.ndarray:
     """Return in which layer around some nodes each node is (N,), by the couplings of A; inf if far away."""
     N = A.indptr.size - 1
-    if ranks is ONE_RANK:
-        graph = csr_array((np.ones(A.indices.size), A.indices, A.indptr), shape=(N, N))
-        return np.asarray(dijkstra(graph, unweighted=True, indices=nodes, min_only=True))
-    rows, layer = np.repeat(np.arange(N), np.diff(A.indptr)), np.full(N, np.inf)
-    layer[nodes] = 0.0
-    for _ in range(DEEPEST):
-        ranks.update(layer)
-        nearer = layer.copy()
-        np.minimum.at(nearer, rows, layer[A.indices] + 1.0)
-        if not ranks.any(not np.array_equal(nearer, layer)):
-            break
-        layer = nearer
-    ranks.update(layer)
+    coupled = csr_array((np.ones(A.indices.size), A.indices, A.indptr), shape=(N, N))
+    layer, near = np.full(N, np.inf), np.zeros(N)
+    near[nodes] = 1.0
+    for depth in range(DEEPEST):
+        ranks.update(near)
+        layer[(near > 0.0) & np.isinf(layer)] = depth
+        near = np.minimum(coupled @ near, 1.0)
     return layer
 
 

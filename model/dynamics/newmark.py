@@ -53,6 +53,7 @@ class Newmark(TimeIntegrator):
     """
 
     name = "Newmark"
+    alpha_m = alpha_f = 0.0  # shifts of the times at which inertia and forces are balanced
 
     def __init__(self, body: MovingBody, dt: float, beta: float = 0.25, gamma: float = 0.5, **options: Any):
         finite(beta=beta, gamma=gamma)
@@ -61,35 +62,59 @@ class Newmark(TimeIntegrator):
         self.beta, self.gamma = beta, gamma
         super().__init__(body, dt, **options)
 
+    def _shift(self, alpha_m: float, alpha_f: float) -> None:
+        """Set the shifts, and with them the beta and gamma of second order and best damping."""
+        self.alpha_m, self.alpha_f = alpha_m, alpha_f
+        self.gamma = 0.5 - alpha_m + alpha_f
+        self.beta = 0.25 * (1.0 - alpha_m + alpha_f) ** 2
+
     def effective_matrix(self) -> Any:
-        """Return M / (beta dt^2) + gamma / (beta dt) C + K."""
+        """Return (1 - am) M / (beta dt^2) + (1 - af) (gamma / (beta dt) C + K)."""
         scale = 1.0 / (self.beta * self.dt**2)
-        return weighted_sum((scale, self.M), (1.0, self.body.K), (self.gamma * self.dt * scale, self.body.C))
+        late = 1.0 - self.alpha_f
+        return weighted_sum(
+            ((1.0 - self.alpha_m) * scale, self.M),
+            (late, self.body.K),
+            (late * self.gamma * self.dt * scale, self.body.C),
+        )
 
     def step(self, before: State) -> State:
         """Return the state one step later."""
         began = perf_counter()
-        dt, beta, gamma = self.dt, self.beta, self.gamma
-        v0, a0 = before.velocity, before.acceleration
+        dt, beta, gamma, body = self.dt, self.beta, self.gamma, self.body
+        u0, v0, a0 = before.displacement, before.velocity, before.acceleration
         moved = dt * v0 + (dt**2 * (0.5 - beta)) * a0
         speed = v0 + (dt * (1.0 - gamma)) * a0
-        b = self.body.missing_force((before.step + 1) * dt, before.displacement + moved, speed)
+        b = (1.0 - self.alpha_f) * body.missing_force((before.step + 1) * dt, u0 + moved, speed)
+        if self.alpha_f:
+            b += self.alpha_f * body.missing_force(before.step * dt, u0, v0)
+        if self.alpha_m:
+            b -= self.alpha_m * (self.M @ a0.ravel()).reshape(a0.shape)
         touch = self.touch(before, moved, b)
         a1 = touch.increment / (beta * dt**2)
         v1 = speed + (dt * gamma) * a1
         change = moved + touch.increment
-        mean = (1.0 - gamma) * before.contact_force + gamma * touch.force
+        # the part of M a that the road is answerable for lags behind its force
+        lagging = before.contact_force if before.memory is None else before.memory
+        leading = (touch.force - self.alpha_m * lagging) / (1.0 - self.alpha_m)
+        mean = (1.0 - gamma) * lagging + gamma * leading
         work = self.work(mean, change, before, touch.gap)
         work.damping = self.damping_work(0.5 * (v0 + v1), change)
-        flat = getattr(self.body.road, "flat", False)  # where normals turn, p does not work on gaps alone
-        work.numerical = work.normal if flat and (beta, gamma) == (0.25, 0.5) else np.nan
+        work.numerical = work.normal if self.identity else np.nan
         return self.after(
             before,
             touch,
             began,
-            displacement=before.displacement + change,
+            displacement=u0 + change,
             velocity=v1,
             acceleration=a1,
             mean_force=mean,
             work=work,
+            memory=leading if self.alpha_m else None,
         )
+
+    @property
+    def identity(self) -> bool:
+        """Whether the change of energy is known: where normals turn, p does not work on gaps alone."""
+        paper = (self.beta, self.gamma, self.alpha_f) == (0.25, 0.5, 0.0)
+        return paper and getattr(self.body.road, "flat", False)

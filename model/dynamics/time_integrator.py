@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from checks import array, instance, is_tolerance, positive, refused, whole
-from model.dynamics.contact_update import advance, confirm_contact, contact_work, forget_rounding
+from model.dynamics.contact_update import confirm_contact, contact_work
 from model.dynamics.initial_acceleration import consistent_acceleration
 from model.dynamics.moving_body import MovingBody
 from model.node_loop.status import Status
@@ -277,6 +277,7 @@ class TimeIntegrator(ABC):
     name = ""
     finite_strain = False
     part_inside = 1.0  # of the tolerance that the contact problems within a step may miss
+    rounding = ON_ROAD  # of the body's size, in gaps
 
     def __new__(cls, body: MovingBody, *args: Any, **options: Any) -> "TimeIntegrator":
         """Choose by the road."""
@@ -388,7 +389,7 @@ class TimeIntegrator(ABC):
         """Find the increment from the guess `before.displacement + moved` for the missing force b (N, d)."""
         gap, normal = self.ground(before)
         there = moved[self.body.contact_nodes]
-        advance(gap, normal, there)
+        gap += np.einsum("ca,ca->c", normal, there)
         b = self.driven(before, moved, b, solver)
         touch = self.solvers[solver].solve(b, gap, normal, -there, before)
         self.posed = moved, b, touch
@@ -444,7 +445,8 @@ class TimeIntegrator(ABC):
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) and normal (n, d) under the body; gaps of nodes that touch are 0, whatever rounding."""
         gap, normal = self.body.gaps(state.displacement, state.time)
-        forget_rounding(gap, state.status, ON_ROAD * self.body.size)
+        touches = (state.status != Status.FREE) | (gap < 0.0)
+        gap[touches & (np.abs(gap) < self.rounding * self.body.size)] = 0.0
         return gap, normal
 
     def after(self, before: State, touch: Touch, began: float, **fields: Any) -> State:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+from scipy.sparse import csr_array
 
 from model.node_loop.block_arithmetic import add_scaled
 from model.node_loop.blocks import FUSED, BlockMatrix, diagonal_positions, flat, generalised_inverses
@@ -60,25 +61,11 @@ def prolongation(P: Any) -> BlockMatrix:
 
 def transposed(P: BlockMatrix, coarse: int) -> BlockMatrix:
     """The transpose of a prolongation from so many coarse nodes."""
-    indptr, rows, entries = by_column(P.indptr, P.indices, coarse)
-    data = P.data[entries]
-    return BlockMatrix(indptr, rows, data if data.ndim == 1 else np.ascontiguousarray(data.swapaxes(1, 2)))
-
-
-@njit(cache=True, error_model="numpy")
-def by_column(indptr, indices, columns):
-    """Sort the entries of a sparse matrix by column: where these begin, rows, and positions."""
-    begin = np.zeros(columns + 1, dtype=np.uint64)
-    for J in indices:
-        begin[J + 1] += np.uint64(1)
-    begin = np.cumsum(begin)
-    row, entry, free = np.empty_like(indices), np.empty_like(indices), begin[:-1].copy()
-    for i in range(indptr.size - 1):
-        for e in range(indptr[i], indptr[i + 1]):
-            J = indices[e]
-            row[free[J]], entry[free[J]] = i, e
-            free[J] += np.uint64(1)
-    return begin, row, entry
+    shape, numbers = (P.indptr.size - 1, coarse), np.arange(P.indices.size)
+    entries = csr_array((numbers, P.indices.astype(int), P.indptr.astype(int)), shape=shape).tocsc()
+    data = P.data[entries.data]
+    data = data if data.ndim == 1 else np.ascontiguousarray(data.swapaxes(1, 2))
+    return BlockMatrix(entries.indptr.astype(np.uint64), entries.indices.astype(np.uint32), data)
 
 
 def interpolate(W: BlockMatrix, x: np.ndarray, y: np.ndarray) -> None:
