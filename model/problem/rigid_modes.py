@@ -65,54 +65,29 @@ def centre_and_size(coordinates: np.ndarray, ranks: Any = ONE_RANK) -> tuple[np.
     return centre, ranks.max(float(np.abs(coordinates - centre).max(initial=0.0))) or 1.0
 
 
+def coupled(A: bsr_array) -> csr_array:
+    """Return which nodes of A are coupled, as a graph."""
+    nodes = A.shape[1] // A.blocksize[1]
+    graph = (np.ones(A.indices.size, dtype=np.int8), A.indices, A.indptr)
+    return csr_array(graph, shape=(A.indptr.size - 1, nodes))
+
+
 def bodies(A: bsr_array) -> np.ndarray:
     """Tell which of the bodies that A holds each node belongs to, (N,); -1 for a node that stands alone."""
-    return np.asarray(numbered(connected(A.indptr, A.indices, A.indptr.size - 1)))
-
-
-@njit(cache=True)
-def numbered(least):
-    """Numbers 0, 1, ... of the sets of nodes (N,) that have the same least one; -1 for a set of one."""
-    size, number, sets = np.zeros(least.size, np.int64), np.full(least.size, -1), 0
-    for a in least:
-        size[a] += 1
-    for i in range(least.size):
-        if least[i] == i and size[i] > 1:
-            number[i] = sets
-            sets += 1
-        number[i] = number[least[i]]
-    return number
-
-
-@njit(cache=True)
-def connected(indptr, indices, nodes):
-    """Least node (nodes,) that each is connected to, by the first rows of a sparse matrix.
-
-    scipy's connected_components needs all rows, or transposes them.
-    """
-    least = np.arange(nodes)
-    for i in range(indptr.size - 1):
-        a = least[i]
-        for k in range(indptr[i], indptr[i + 1]):
-            b = least[indices[k]]
-            if b != a:
-                while least[a] != a:
-                    a = least[a]
-                while least[b] != b:
-                    b = least[b]
-                a, b = min(a, b), max(a, b)
-                least[b] = a
-        least[i] = a
-    for i in range(nodes):
-        least[i] = least[least[i]]
-    return least
+    # what is coupled is so both ways: "strong" finds the same as "weak", which would transpose the graph
+    label = connected_components(coupled(A), connection="strong")[1]
+    size, first = np.bincount(label), np.zeros(label.max() + 1, dtype=np.int64)
+    first[label[::-1]] = np.arange(label.size)[::-1]
+    sets = np.flatnonzero(size > 1)
+    number = np.full(size.size, -1)
+    number[sets[np.argsort(first[sets])]] = np.arange(sets.size)
+    return number[label]
 
 
 def parts(A: bsr_array, chosen: np.ndarray) -> np.ndarray:
     """Tell which connected part of the chosen nodes (N,) of A each node belongs to, (N,); -1 outside."""
-    graph = csr_array((np.ones(A.indices.size, dtype=np.int8), A.indices, A.indptr), shape=(chosen.size,) * 2)
     label = np.full(chosen.size, -1)
-    label[chosen] = connected_components(graph[chosen][:, chosen], directed=False)[1]
+    label[chosen] = connected_components(coupled(A)[chosen][:, chosen], directed=False)[1]
     return label
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bsr_array, csr_array
 
-from model.node_loop.blocks import BlockMatrix, diagonal_blocks, diagonal_positions, generalised_inverses
-from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, prolongation, recompute
+from model.node_loop.blocks import BlockMatrix, diagonal_positions
+from model.solvers.galerkin_coarsening import Level, columns_of, hierarchy, invert_diagonal, recompute
 from model.solvers.truncated_multigrid import Cycle
 
 SMALL = 3_000  # unknowns: a sweep over them takes no longer than what ranks would tell each other meanwhile
@@ -113,13 +113,9 @@ class GatheredCycle:
             finest = self._cycle.levels[0]
             changed = np.unique(self._rows[np.any(data != finest.A.data, axis=(1, 2))])
             finest.A.data[:] = data
-        diagonal_blocks(finest.A, changed, finest.inverse)
-        generalised_inverses(finest.inverse, changed, finest.inverse)
+        invert_diagonal(finest, changed)
         if self._cycle is None:
-            levels = [finest]
-            for weights in self.prolongations:
-                levels.append(coarsen(levels[-1], prolongation(weights), weights.shape[1]))
-            self._cycle = Cycle(levels)
+            self._cycle = Cycle(hierarchy(finest, self.prolongations))
             return
         for fine, coarse in pairwise(self._cycle.levels):
             changed = columns_of(fine.P, changed, len(coarse.inverse))

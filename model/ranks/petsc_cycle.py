@@ -30,13 +30,13 @@ class PetscCycle:
 
     def __init__(self, finest: SharedLevel, coordinates: np.ndarray, correction: str):
         self.levels, self.correction = [finest], correction
-        exchange = finest.exchange
+        exchange = finest.ranks
         self._petsc: Any = sys.modules["petsc4py.PETSc"]
         mesh, d = WholeMesh(exchange, finest.nodes), finest.d
         self._columns, self._count = (mesh.number[:, None] * d + np.arange(d)).ravel(), mesh.size
         self._points = exchange.own(coordinates)
         self._solver: Any = None
-        self._stale = True
+        self._stale, self._z = True, np.zeros(finest.shape)
 
     def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
         """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d)."""
@@ -46,11 +46,11 @@ class PetscCycle:
     def _set_up(self) -> None:
         """Hand the truncated matrix to PETSc; collective."""
         level, petsc = self.levels[0], self._petsc
-        A, d, owned = level.A, level.d, level.exchange.owned
+        A, d, owned = level.A, level.d, level.ranks.owned
         T = np.where(level.held[:, None, None], level.T, np.eye(d))
         rows = np.repeat(np.arange(owned), np.diff(A.indptr).astype(np.int64))
         data = T[rows] @ A.data @ T[A.indices]
-        largest = level.exchange.max(float(np.abs(A.data[level.middle]).max(initial=0.0)))
+        largest = level.ranks.max(float(np.abs(A.data[level.middle]).max(initial=0.0)))
         data[level.middle] += largest * (np.eye(d) - T[:owned]) + SHIFT * largest * np.eye(d)
         shape = (owned * d, level.nodes * d)
         whole = bsr_array((data, A.indices.astype(np.int64), A.indptr.astype(np.int64)), shape=shape).tocsr()
@@ -61,9 +61,9 @@ class PetscCycle:
             whole.data,
         )
         self.destroy()
-        matrix = petsc.Mat().createAIJ(sizes, bsize=d, csr=csr, comm=level.exchange.comm)
+        matrix = petsc.Mat().createAIJ(sizes, bsize=d, csr=csr, comm=level.ranks.comm)
         matrix.setOption(petsc.Mat.Option.SPD, True)
-        self._solver = solver = petsc.KSP().create(level.exchange.comm)
+        self._solver = solver = petsc.KSP().create(level.ranks.comm)
         solver.setType("preonly")
         pc = solver.getPC()
         self._x, self._b = matrix.createVecs()
@@ -93,9 +93,10 @@ class PetscCycle:
         if self._stale:
             self._set_up()
             self._stale = False
-        self._b.array[:] = r[: level.exchange.owned].ravel()
+        self._b.array[:] = r[: level.ranks.owned].ravel()
         self._solver.solve(self._b, self._x)
-        level.z[: level.exchange.owned] = self._x.array.reshape(-1, level.d)
-        level.exchange.update(level.z)
-        level.missing(r, left)
-        return level.z
+        self._z[: level.ranks.owned] = self._x.array.reshape(-1, level.d)
+        level.ranks.update(self._z)
+        if left is not None:
+            level.missing(r, self._z, left)
+        return self._z

@@ -15,29 +15,26 @@ from scipy.sparse import csr_array
 
 from model.node_loop.blocks import (
     BlockMatrix,
-    backward_sweep,
-    defect,
     diagonal_blocks,
     diagonal_positions,
     generalised_inverses,
-    sweep_from_zero,
 )
 from model.ranks.gathered_meshes import GatheredCycle, WholeMesh, first_small
 from model.solvers.galerkin_coarsening import (
+    Level,
     columns_of,
     galerkin_product,
-    interpolate,
     multiply,
     prolongation,
     transposed,
 )
-from model.solvers.truncated_multigrid import project, projected_inverses
+from model.solvers.truncated_multigrid import Cycle, projected_inverses
 
 TINY = 1e-300  # lets an entry that is zero count for nothing
 KEPT = 0.5  # of the diagonal blocks, below
 
 
-class SharedLevel:
+class SharedLevel(Level):
     """One mesh: the rows of the owned nodes, and the way to the next coarser mesh.
 
     Parameters
@@ -52,13 +49,12 @@ class SharedLevel:
     """
 
     def __init__(self, A: BlockMatrix, exchange: Any, nodes: int, inverse: np.ndarray | None = None):
-        self.A, self.exchange, self.nodes, self.d = A, exchange, nodes, A.data.shape[1]
+        self.A, self.ranks, self.nodes, self.d = A, exchange, nodes, A.data.shape[1]
         self.weight = np.zeros((exchange.owned, self.d, self.d))
         self.inverse = np.empty_like(self.weight) if inverse is None else inverse.copy()
         self.middle = diagonal_positions(A)
         self.ghost = np.flatnonzero(A.indices >= exchange.owned)
         self.ghost_rows = np.searchsorted(A.indptr, self.ghost.astype(np.uint64), side="right") - 1
-        self.z, self.rest, self.load = (np.zeros((nodes, self.d)) for _ in range(3))
         self.held = np.zeros(nodes, dtype=bool)
         self.T, self.L = (np.zeros((nodes, self.d, self.d)) for _ in range(2))
         self.invert(np.arange(exchange.owned) if inverse is None else np.unique(self.ghost_rows))
@@ -78,7 +74,7 @@ class SharedLevel:
         (2011) 2864. On 2, 4 and 8 ranks balls and half cylinders of 2,571 to 1,020,483 unknowns take at most
         15 cycles with 0.4 to 0.6 for KEPT; alone 14.
         """
-        chosen = np.zeros(self.exchange.owned, dtype=bool)
+        chosen = np.zeros(self.ranks.owned, dtype=bool)
         chosen[rows] = True
         here = chosen[self.ghost_rows]
         E = self.A.data[self.ghost[here]]
@@ -92,10 +88,15 @@ class SharedLevel:
         self.inverse[near] += self.weight[near]
         generalised_inverses(self.inverse, rows, self.inverse)
 
-    def hold(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of fields on the nodes held here, ghosts counted."""
+        return self.nodes, self.d
+
+    def hold(self, nodes: np.ndarray, projectors: np.ndarray, tests: np.ndarray | None = None) -> None:
         """Let nodes (k,), ghosts too, move within the ranges of their projectors (k, d, d) only."""
-        self.held[nodes], self.T[nodes], self.L[nodes] = True, projectors, projectors
-        own = nodes < self.exchange.owned
+        super().hold(nodes, projectors, tests)
+        own = nodes < self.ranks.owned
         nodes, projectors = nodes[own], projectors[own]
         blocks = self.A.data[self.middle[nodes]] + self.weight[nodes]
         self.inverse[nodes] = projected_inverses(blocks, projectors, projectors)
@@ -112,7 +113,7 @@ class SharedLevel:
         ids : (coarse nodes,)
             Numbers that all ranks agree on.
         """
-        indptr, coarse = P.indptr[: self.exchange.owned + 1], len(ids)
+        indptr, coarse = P.indptr[: self.ranks.owned + 1], len(ids)
         count = int(indptr[-1])
         self.P, self.R = P, transposed(BlockMatrix(indptr, P.indices[:count], P.data[:count]), coarse)
         self.product = galerkin_product(self.A, P, self.R, self.held, self.T, self.T)
@@ -131,7 +132,7 @@ class SharedLevel:
 
         Return the owned coarse rows (m,) that have changed.
         """
-        coarser, exchange = self.coarser, self.coarser.exchange
+        coarser, exchange = self.coarser, self.coarser.ranks
         touched = np.zeros(coarser.nodes, dtype=bool)
         touched[columns_of(self.P, fine, coarser.nodes)] = True
         exchange.add(touched)
@@ -143,27 +144,24 @@ class SharedLevel:
 
     def around(self, nodes: np.ndarray) -> np.ndarray:
         """Return the owned rows (k,) of which some entry belongs to one of some nodes (m,), ghosts too."""
-        owned, marked = self.exchange.owned, np.zeros(self.nodes, dtype=bool)
+        owned, marked = self.ranks.owned, np.zeros(self.nodes, dtype=bool)
         marked[nodes] = True
         rows = columns_of(self.A, nodes[nodes < owned], self.nodes)
         of_ghosts = self.ghost_rows[marked[self.A.indices[self.ghost]]]
         return np.union1d(rows[rows < owned], of_ghosts)
 
-    def sweep_from_zero(self, r: np.ndarray) -> None:
-        """Sweep over the owned rows for A z = r from z = 0, and find the defect `rest`; collective."""
-        sweep_from_zero(self.d)(self.A, self.middle, self.inverse, r, self.z, self.rest)
-        self.exchange.update(self.z)
-        subtract_ghosts(self.A, self.ghost_rows, self.ghost, self.z, self.rest)
+    def sweep_from_zero(self, r: np.ndarray, z: np.ndarray, rest: np.ndarray) -> None:
+        """Sweep over the owned rows, which leaves `rest`; collective."""
+        super().sweep_from_zero(r, z, rest)
+        self.ranks.update(z)
+        subtract_ghosts(self.A, self.ghost_rows, self.ghost, z, rest)
 
-    def backward_sweep(self, r: np.ndarray) -> None:
-        """Sweep backwards over the owned rows for A z = r, from z of which ghosts are known; collective."""
-        backward_sweep(self.d)(self.A, self.inverse, r, self.z)
-        self.exchange.update(self.z)
-
-    def missing(self, r: np.ndarray, left: np.ndarray | None) -> None:
-        """Write r - A z into `left` (nodes held here, d), if it is asked for."""
-        if left is not None:
-            defect(self.d)(self.A, r, self.z, left[: self.exchange.owned])
+    def sweep_back(self, r: np.ndarray, z: np.ndarray, rest: np.ndarray | None = None) -> None:
+        """Sweep backwards over the owned rows, from z of which ghosts are known; collective."""
+        super().sweep_back(r, z)
+        self.ranks.update(z)
+        if rest is not None:
+            self.missing(r, z, rest)
 
 
 def excess(sizes: np.ndarray, D: np.ndarray) -> np.ndarray:
@@ -267,7 +265,7 @@ def places_of(A, ids, rows, columns):
     return places
 
 
-class SharedCycle:
+class SharedCycle(Cycle):
     """V-cycles over meshes that many ranks share, the coarsest of them gathered.
 
     Parameters
@@ -296,7 +294,8 @@ class SharedCycle:
         ]
         meshes = meshes[shared - 1 :]
         between = [f.weights(P, c) for (f, c), P in zip(pairwise(meshes), prolongations[shared:])]
-        self.levels, self.coarsest = levels, GatheredCycle(levels[-1], meshes[0], between)
+        self._take(levels)
+        self.coarsest = GatheredCycle(levels[-1], meshes[0], between)
 
     def below(self) -> "SharedCycle":
         """Return cycles that begin on the next coarser mesh, with matrices of their own."""
@@ -309,38 +308,22 @@ class SharedCycle:
         for fine, coarse in pairwise(levels):
             fine.product = fine.product._replace(data=fine.product.data.copy())
             fine.coarser, coarse.A = coarse, fine.shares.own_rows(fine.product)
-        other.levels, other.coarsest = levels, self.coarsest.of(levels[-1])
+        other._take(levels)
+        other.coarsest = self.coarsest.of(levels[-1])
         return other
 
-    def truncate(self, nodes: np.ndarray, projectors: np.ndarray) -> None:
+    def truncate(self, nodes: np.ndarray, projectors: np.ndarray, tests: np.ndarray | None = None) -> None:
         """Hold nodes (k,), ghosts too, to the ranges of their projectors (k, d, d).
 
         Only the rows of the coarse matrices that see these nodes are computed anew; collective.
         """
         finest = self.levels[0]
-        finest.hold(nodes, projectors)
+        finest.hold(nodes, projectors, tests)
         changed = finest.around(nodes)
         for fine, _ in pairwise(self.levels):
             changed = fine.recompute(changed)
         self.coarsest.stale = True
 
-    def __call__(self, r: np.ndarray, number: int = 0, left: np.ndarray | None = None) -> np.ndarray:
-        """One V(1,1)-cycle for A z = r from z = 0, on level `number`; overwritten by the next call.
-
-        Its defect is written into `left`, if given.
-        """
-        level = self.levels[number]
-        if number == len(self.levels) - 1:
-            self.coarsest.solve(r, level.z)
-        else:
-            coarser = self.levels[number + 1]
-            level.sweep_from_zero(r)
-            project(level.rest, level.held, level.T)
-            coarser.load[:] = 0.0
-            interpolate(level.R, level.rest, coarser.load)
-            coarser.exchange.add(coarser.load)
-            interpolate(level.P, self(coarser.load, number + 1), level.z)
-            project(level.z, level.held, level.T)
-            level.backward_sweep(r)
-        level.missing(r, left)
-        return level.z
+    def _visit_coarsest(self, r: np.ndarray, z: np.ndarray) -> None:
+        """Set z to about what solves A z = r on the meshes that are gathered; collective."""
+        self.coarsest.solve(r, z)

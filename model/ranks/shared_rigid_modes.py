@@ -3,8 +3,9 @@
 from itertools import product
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
-from model.problem.rigid_modes import RigidModes, connected, free_amplitudes, rigid_motions
+from model.problem.rigid_modes import RigidModes, coupled, free_amplitudes, rigid_motions
 from model.ranks.shared_problem import SharedProblem
 
 
@@ -97,7 +98,9 @@ def bodies(problem: SharedProblem) -> np.ndarray:
     A body has the least of its nodes' numbers: ranks ask for those of their copies until none falls.
     """
     exchange, N, A = problem.exchanges[0], len(problem.coordinates), problem.A
-    label = connected(A.indptr, A.indices, N)
+    graph = coupled(A)
+    graph.resize((N, N))  # other ranks have the rows of the rest
+    label = connected_components(graph, directed=False)[1]
     number = np.where(np.bincount(label)[label] == 1, -1, problem.ids[0]).astype(np.int64)
     exchange.update(number)
     falls = True

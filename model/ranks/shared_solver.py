@@ -215,7 +215,7 @@ def on_meshes(
     if not nested:
         return SharedMultigrid(loop, cycle)
     weights, level = prolongations[0], cycle.levels[0]
-    ranks = level.coarser.exchange
+    ranks = level.coarser.ranks
     at = inject(coordinates.reshape(-1, 1), prolongations[:1]).reshape(-1, level.d)
     ranks.update(at)
     there = loop, level, weights, ranks

@@ -9,6 +9,7 @@ Graeser and Kornhuber 2009), and only the rows of the coarse matrices that see a
 anew.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -18,8 +19,19 @@ from numba import njit
 from scipy.sparse import csr_array
 
 from model.node_loop.block_arithmetic import add_scaled
-from model.node_loop.blocks import FUSED, BlockMatrix, diagonal_positions, flat, generalised_inverses
+from model.node_loop.blocks import (
+    FUSED,
+    BlockMatrix,
+    backward_sweep,
+    backward_sweep_with_defect,
+    defect,
+    diagonal_positions,
+    flat,
+    generalised_inverses,
+    sweep_from_zero,
+)
 from model.node_loop.prefetch import prefetch
+from model.one_rank import ONE_RANK
 
 
 @dataclass
@@ -39,6 +51,7 @@ class Level:
     held: Any = None
     T: Any = None
     L: Any = None
+    ranks: Any = ONE_RANK
 
     def __post_init__(self) -> None:
         """Hold nothing, unless told."""
@@ -50,6 +63,26 @@ class Level:
         """Hold nodes (k,) to the ranges of projectors (k, d, d), which are their tests too unless told."""
         self.held[nodes], self.T[nodes] = True, projectors
         self.L[nodes] = projectors if tests is None else tests
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape (N, d) of fields on this mesh."""
+        return self.inverse.shape[:2]
+
+    def sweep_from_zero(self, r: np.ndarray, z: np.ndarray, rest: np.ndarray) -> None:
+        """Sweep forwards for A z = r from z = 0, and write what that leaves into `rest`, all (N, d)."""
+        sweep_from_zero(r.shape[1])(self.A, self.middle, self.inverse, r, z, rest)
+
+    def sweep_back(self, r: np.ndarray, z: np.ndarray, rest: np.ndarray | None = None) -> None:
+        """Sweep backwards for A z = r, and write what that leaves into `rest`, if it is asked for."""
+        if rest is None:
+            backward_sweep(r.shape[1])(self.A, self.inverse, r, z)
+        else:
+            backward_sweep_with_defect(r.shape[1])(self.A, self.middle, self.inverse, r, z, rest)
+
+    def missing(self, r: np.ndarray, z: np.ndarray, rest: np.ndarray) -> None:
+        """Write r - A z into `rest`."""
+        defect(r.shape[1])(self.A, r, z, rest[: len(self.inverse)])
 
 
 def prolongation(P: Any) -> BlockMatrix:
@@ -234,6 +267,15 @@ def coarsen(level: Level, P: BlockMatrix, coarse_nodes: int) -> Level:
     coarse = Level(A, np.zeros((coarse_nodes, *A.data.shape[1:])), diagonal_positions(A))
     invert_diagonal(coarse, np.arange(coarse_nodes))
     return coarse
+
+
+def hierarchy(finest: Level, prolongations: Sequence[Any]) -> list[Level]:
+    """The finest mesh and all coarser ones, by prolongations (N, N_coarse), or `bsr_array`s of blocks."""
+    levels = [finest]
+    for P in prolongations:
+        columns = getattr(P, "blocksize", (1, 1))[1]
+        levels.append(coarsen(levels[-1], prolongation(P), P.shape[1] // columns))
+    return levels
 
 
 def multiply(fine: Any, product: BlockMatrix, rows: np.ndarray, tests: np.ndarray) -> None:

@@ -15,7 +15,7 @@ from scipy.sparse import bsr_array
 from model.node_loop.blocks import diagonal_positions
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import RigidModes, rigid_motions
-from model.solvers.galerkin_coarsening import Level, coarsen, prolongation
+from model.solvers.galerkin_coarsening import Level, hierarchy
 from model.solvers.truncated_multigrid import Cycle, Multigrid
 
 STRENGTH = {
@@ -39,18 +39,16 @@ def algebraic(A: bsr_array, loop: NodeLoop, rigid: RigidModes) -> Multigrid:
     motions = rigid_motions(rigid.coordinates, turning=rigid.turning)
     motions[loop.uncoupled] = 0.0
     motions = motions.reshape(N * d, -1)
-    hierarchy = pyamg.smoothed_aggregation_solver(
+    aggregates = pyamg.smoothed_aggregation_solver(
         A,
         B=motions,
         strength=STRENGTH[d],
         smooth=("energy", {"krylov": "cg", "maxiter": 2, "degree": 1}),
         max_coarse=100,
     )
-    levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
-    for level in hierarchy.levels[:-1]:
-        P = bsr_array(level.P)
-        levels.append(coarsen(levels[-1], prolongation(P), P.shape[1] // P.blocksize[1]))
-    coarse_modes = hierarchy.levels[-1].B @ np.linalg.lstsq(motions, rigid.modes)[0]
+    finest = Level(loop.A, loop.inverse, diagonal_positions(loop.A))
+    levels = hierarchy(finest, [bsr_array(level.P) for level in aggregates.levels[:-1]])
+    coarse_modes = aggregates.levels[-1].B @ np.linalg.lstsq(motions, rigid.modes)[0]
     multigrid = Multigrid(loop, Cycle(levels), rigid, coarse_modes)
     multigrid.cycle.visits, multigrid.cycle.sweeps = (2, 1) if d == 2 else (1, 2)
     multigrid.name = "algebraic"

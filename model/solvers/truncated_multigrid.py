@@ -27,12 +27,9 @@ from scipy.sparse import bsr_array, csr_array, diags_array
 
 from model.node_loop.blocks import (
     BlockMatrix,
-    backward_sweep,
-    backward_sweep_with_defect,
     defect,
     diagonal_positions,
     generalised_inverses,
-    sweep_from_zero,
 )
 from model.node_loop.contact_sweep import place_all_on_surface
 from model.node_loop.friction_tangent import friction_tangent
@@ -41,7 +38,7 @@ from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 from model.problem.rigid_modes import BALANCE, SEEN, RigidModes, null_space
 from model.solvers.convergence_record import NotConverged, Record
-from model.solvers.galerkin_coarsening import Level, coarsen, columns_of, interpolate, prolongation, recompute
+from model.solvers.galerkin_coarsening import Level, columns_of, hierarchy, interpolate, recompute
 from model.solvers.krylov import conjugate_gradients, flexible_gmres
 from model.solvers.projected_search import projected_search
 from model.solvers.static_condensation import Condensation
@@ -76,22 +73,25 @@ class Cycle:
         Before and after each correction from the coarser level.
     """
 
+    symmetric, visits, sweeps = True, 1, 1
+
     def __init__(self, levels: list[Level]):
-        self.visits = self.sweeps = 1
         finest = replace(levels[0], inverse=levels[0].inverse.copy(), held=None)
         finest.hold(held := np.flatnonzero(levels[0].held), levels[0].T[held])
-        self.symmetric = True
         coarser = [
             replace(level, A=level.A._replace(data=level.A.data.copy()), inverse=level.inverse.copy())
             for level in levels[1:]
         ]
-        self.levels = [finest, *coarser]
-        shapes = [level.inverse.shape[:2] for level in levels]
-        self.corrections = [np.zeros(shape) for shape in shapes]
-        self.defects = [np.zeros(shape) for shape in shapes]
-        self.loads = [np.zeros(shape) for shape in shapes]
+        self._take([finest, *coarser])
         self.solve_coarsest: Callable[[np.ndarray], np.ndarray] | None = None
         self.kernel = np.zeros((levels[-1].inverse.shape[0] * levels[-1].inverse.shape[1], 0))
+
+    def _take(self, levels: Sequence[Any]) -> None:
+        """Take these levels, and make room for what each cycle does on them."""
+        self.levels = list(levels)
+        self.corrections, self.defects, self.loads = (
+            [np.zeros(level.shape) for level in levels] for _ in range(3)
+        )
 
     def set_kernel(self, kernel: np.ndarray) -> None:
         """Tell which motions (n d, z) of the coarsest mesh nothing resists."""
@@ -121,37 +121,41 @@ class Cycle:
         """
         level, z = self.levels[number], self.corrections[number]
         if number == len(self.levels) - 1:
-            if self.solve_coarsest is None:
-                self.solve_coarsest = dense_solver(level, self.kernel, self.symmetric)
-            z[:] = self.solve_coarsest(r.ravel()).reshape(r.shape)
+            self._visit_coarsest(r, z)
             if left is not None:
-                defect(r.shape[1])(level.A, r, z, left)
+                level.missing(r, z, left)
             return z
-        rest, coarse_r, size = self.defects[number], self.loads[number + 1], r.shape[1]
+        rest, load = self.defects[number], self.loads[number + 1]
         if self.symmetric or number == 0:
-            sweep_from_zero(size)(level.A, level.middle, level.inverse, r, z, rest)
+            level.sweep_from_zero(r, z, rest)
             for _ in range(self.sweeps - 1):
                 more, still = np.empty_like(r), np.empty_like(r)
-                sweep_from_zero(size)(level.A, level.middle, level.inverse, rest, more, still)
+                level.sweep_from_zero(rest, more, still)
                 z += more
                 rest[:] = still
         else:
             z[:] = 0.0
             for _ in range(self.sweeps):
-                backward_sweep(size)(level.A, level.inverse, r, z)
-            defect(size)(level.A, r, z, rest)
+                level.sweep_back(r, z)
+            level.missing(r, z, rest)
         if number == 0:
             project(rest, level.held, level.L)
-        coarse_r[:] = 0.0
-        interpolate(level.R, rest, coarse_r)
-        interpolate(level.P, self._solve_coarse(coarse_r, number + 1), z)
+        load[:] = 0.0
+        interpolate(level.R, rest, load)
+        self.levels[number + 1].ranks.add(load)
+        interpolate(level.P, self._solve_coarse(load, number + 1), z)
         if number == 0:
             project(z, level.held, level.T)
-        for _ in range(self.sweeps - (left is not None)):
-            backward_sweep(size)(level.A, level.inverse, r, z)
-        if left is not None:
-            backward_sweep_with_defect(size)(level.A, level.middle, level.inverse, r, z, left)
+        for _ in range(self.sweeps - 1):
+            level.sweep_back(r, z)
+        level.sweep_back(r, z, left)
         return z
+
+    def _visit_coarsest(self, r: np.ndarray, z: np.ndarray) -> None:
+        """Set z to what solves A z = r on the coarsest mesh."""
+        if self.solve_coarsest is None:
+            self.solve_coarsest = dense_solver(self.levels[-1], self.kernel, self.symmetric)
+        z[:] = self.solve_coarsest(r.ravel()).reshape(r.shape)
 
     def _solve_coarse(self, r: np.ndarray, number: int) -> np.ndarray:
         """Visit a coarser level as often as it should be; each visit finds what the last has left."""
@@ -160,7 +164,7 @@ class Cycle:
             return z
         total, rest = z.copy(), np.empty_like(r)
         for _ in range(self.visits - 1):
-            defect(r.shape[1])(self.levels[number].A, r, total, rest)
+            self.levels[number].missing(r, total, rest)
             total += self(rest, number)
         return total
 
@@ -608,11 +612,10 @@ def condensation(loop: NodeLoop, rigid: RigidModes) -> Condensation:
 
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidModes) -> Multigrid:
     """Multigrid on nested meshes, from scalar prolongations, finest first."""
-    levels = [Level(loop.A, loop.inverse, diagonal_positions(loop.A))]
+    finest = Level(loop.A, loop.inverse, diagonal_positions(loop.A))
     prescribed = np.flatnonzero(loop.uncoupled.any(axis=1))
-    levels[0].hold(prescribed, np.eye(loop.shape[1]) * loop.loaded[prescribed, :, None])
-    for weights in prolongations:
-        levels.append(coarsen(levels[-1], prolongation(weights), weights.shape[1]))
+    finest.hold(prescribed, np.eye(loop.shape[1]) * loop.loaded[prescribed, :, None])
+    levels = hierarchy(finest, prolongations)
     coarser = CoarserMesh(loop, levels, prolongations, rigid)
     return Multigrid(loop, Cycle(levels), rigid, inject(rigid.modes, prolongations), coarser)
 
