@@ -91,16 +91,7 @@ class CentralDifferences(TimeIntegrator):
         work = self.work(touch.force, change, before, touch.gap)
         work.damping = self.damping_work(speed, change)
         work.numerical = np.nan
-        return self.after(
-            before,
-            touch,
-            began,
-            displacement=u1,
-            velocity=v1,
-            acceleration=a1,
-            mean_force=touch.force,
-            work=work,
-        )
+        return self.after(before, touch, began, u1, v1, a1, touch.force, work)
 
 
 def stable_step(body: MovingBody, lumped: np.ndarray) -> float:

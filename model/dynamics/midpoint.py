@@ -44,16 +44,6 @@ class Midpoint(TimeIntegrator):
         change = moved + touch.increment
         work = self.work(touch.force, change, before, touch.gap)
         work.damping = self.damping_work(change / dt, change)
-        work.numerical = (
-            work.normal if push is None else work.normal - self.body.ranks.sum(float(push @ touch.gap))
-        )
-        return self.after(
-            before,
-            touch,
-            began,
-            displacement=u0 + change,
-            velocity=v1,
-            acceleration=(v1 - v0) / dt,
-            mean_force=touch.force,
-            work=work,
-        )
+        given_back = 0.0 if push is None else self.body.ranks.sum(float(push @ touch.gap))
+        work.numerical = work.normal - given_back
+        return self.after(before, touch, began, u0 + change, v1, (v1 - v0) / dt, touch.force, work)

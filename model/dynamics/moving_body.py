@@ -275,10 +275,10 @@ class MovingBody:
         `friction` is whether there is any, or another law than the body's.
         """
         law = (self.friction if friction else None) if isinstance(friction, bool) else friction
-        start = (A, b, self.coordinates, nodes, normal, gap, law)
+        given = (A, b, self.coordinates, nodes, normal, gap, law, reference, self.prolongations)
         if self.exchanges:
-            return SharedProblem(*start, self.prolongations, self.exchanges, self.ids)
-        return ContactProblem(*start, reference, prolongations=self.prolongations)
+            return SharedProblem(*given, exchanges=self.exchanges, ids=self.ids)
+        return ContactProblem(*given)
 
     def prescribed_at(self, time: float) -> np.ndarray:
         """Displacements (N, d) of prescribed unknowns at a time, 0 at others."""

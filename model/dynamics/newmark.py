@@ -101,17 +101,8 @@ class Newmark(TimeIntegrator):
         work = self.work(mean, change, before, touch.gap)
         work.damping = self.damping_work(0.5 * (v0 + v1), change)
         work.numerical = work.normal if self.identity else np.nan
-        return self.after(
-            before,
-            touch,
-            began,
-            displacement=u0 + change,
-            velocity=v1,
-            acceleration=a1,
-            mean_force=mean,
-            work=work,
-            memory=leading if self.alpha_m else None,
-        )
+        memory = leading if self.alpha_m else None
+        return self.after(before, touch, began, u0 + change, v1, a1, mean, work, memory)
 
     @property
     def identity(self) -> bool:

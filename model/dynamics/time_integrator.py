@@ -23,7 +23,6 @@ from model.dynamics.moving_body import MovingBody
 from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.problem.held_below_road import held_below_road
-from model.ranks.shared_problem import SharedProblem
 from model.ranks.solver_of import solver_of
 from model.solvers.convergence_record import Record
 from model.solvers.iterative_refinement import ROUNDING
@@ -166,7 +165,7 @@ class StepSolver:
 
     def __init__(
         self,
-        problem: ContactProblem | SharedProblem,
+        problem: ContactProblem,
         correction: str,
         tolerance: float,
         slip_rate: float,
@@ -449,20 +448,23 @@ class TimeIntegrator(ABC):
         gap[touches & (np.abs(gap) < self.rounding * self.body.size)] = 0.0
         return gap, normal
 
-    def after(self, before: State, touch: Touch, began: float, **fields: Any) -> State:
+    def after(
+        self,
+        before: State,
+        touch: Touch,
+        began: float,
+        displacement: np.ndarray,
+        velocity: np.ndarray,
+        acceleration: np.ndarray,
+        mean_force: np.ndarray,
+        work: Work,
+        memory: np.ndarray | None = None,
+    ) -> State:
         """Return the state that ends a step begun at perf_counter() = `began`."""
-        state = State(
-            step=before.step + 1,
-            time=(before.step + 1) * self.dt,
-            contact_force=touch.force,
-            gap=touch.gap,
-            status=touch.status,
-            residual=touch.residual,
-            cycles=touch.cycles,
-            count=touch.count,
-            seconds=perf_counter() - began,
-            **fields,
-        )
+        step, seconds = before.step + 1, perf_counter() - began
+        fields = displacement, velocity, acceleration, touch.force, touch.gap, touch.status, mean_force
+        counts = touch.residual, touch.cycles, touch.count
+        state = State(step, step * self.dt, *fields, work, *counts, seconds, memory)
         if self.body.limits is not None:
             self.body.limits.check(self.body.expand(state.displacement))
         return self.supported(state)

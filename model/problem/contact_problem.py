@@ -99,6 +99,7 @@ class ContactProblem:
     interference: bool = False
     turning: np.ndarray | None = None
     dim: int = field(init=False)
+    exchanges = ()  # many ranks share a `SharedProblem` only
 
     def __post_init__(self) -> None:
         """Check at the door, so that the loop need not."""
@@ -119,11 +120,15 @@ class ContactProblem:
         put("b", shaped("b", self.b, (N, d)))
         put("contact_nodes", _different_nodes(self.contact_nodes, N))
         n = self.contact_nodes.size
+        if n == 0 and not self.exchanges:
+            raise ValueError(
+                "contact_nodes is empty, but a contact problem needs at least one candidate node."
+            )
         put("normal", shaped("normal", self.normal, (n, d)))
         lengths = np.linalg.norm(self.normal, axis=1)
-        worst = lengths[np.argmax(np.abs(lengths - 1.0))]
-        if abs(worst - 1.0) > UNIT:
-            raise ValueError(f"normal must hold unit vectors, but one has length {worst:g}.")
+        wrong = lengths[np.abs(lengths - 1.0) > UNIT]
+        if wrong.size:
+            raise ValueError(f"normal must hold unit vectors, but one has length {wrong[0]:g}.")
         put("gap", self.checked_gap(self.gap))
         put("friction", as_law(self.friction))
         if self.friction is not None and not self.friction.by_place:
@@ -154,13 +159,14 @@ class ContactProblem:
             If a gap is not finite, or negative by more than rounding.
         """
         gap = shaped("gap", gap, (self.contact_nodes.size,))
-        size = length_scale(self.coordinates)
-        worst = int(np.argmin(gap))
+        rounding = ON_ROAD * length_scale(self.coordinates)
         if self.interference:
-            return np.where(np.abs(gap) < ON_ROAD * size, 0.0, gap)
-        if gap[worst] < -ON_ROAD * size:
+            return np.where(np.abs(gap) < rounding, 0.0, gap)
+        if gap.min(initial=0.0) < -rounding:
+            node = self.contact_nodes[np.argmin(gap)]
+            name = f"The node at {self.coordinates[node]}" if self.exchanges else f"Node {node}"
             raise ValueError(
-                f"Node {self.contact_nodes[worst]} starts {-gap[worst]:g} below the road; "
+                f"{name} starts {-gap.min():g} below the road; "
                 "move the body or the road so that every gap is >= 0, or say interference=True if it shall "
                 "be pushed out, as in a press fit."
             )
@@ -227,15 +233,15 @@ class ContactProblem:
 
 def length_scale(coordinates: np.ndarray) -> float:
     """Return a length that rounding errors of positions (N, d) can be measured by."""
+    if not coordinates.size:  # those of a rank that has none
+        return 0.0
     return float(np.abs(coordinates).max() + max(np.ptp(x) for x in coordinates.T))
 
 
 def _different_nodes(nodes: Any, N: int) -> np.ndarray:
     """Return the numbers of some of N nodes, (n,), or refuse them."""
     nodes = node_numbers(nodes)
-    if nodes.size == 0:
-        raise ValueError("contact_nodes is empty, but a contact problem needs at least one candidate node.")
-    if nodes.min() < 0 or nodes.max() >= N or np.unique(nodes).size < nodes.size:
+    if nodes.min(initial=0) < 0 or nodes.max(initial=-1) >= N or np.unique(nodes).size < nodes.size:
         raise ValueError(f"contact_nodes must name different nodes from 0 to {N - 1}, each once.")
     return nodes
 

@@ -98,9 +98,7 @@ def bodies(problem: SharedProblem) -> np.ndarray:
     A body has the least of its nodes' numbers: ranks ask for those of their copies until none falls.
     """
     exchange, N, A = problem.exchanges[0], len(problem.coordinates), problem.A
-    graph = coupled(A)
-    graph.resize((N, N))  # other ranks have the rows of the rest
-    label = connected_components(graph, directed=False)[1]
+    label = connected_components(coupled(A), directed=False)[1]
     number = np.where(np.bincount(label)[label] == 1, -1, problem.ids[0]).astype(np.int64)
     exchange.update(number)
     falls = True
@@ -121,8 +119,8 @@ def unheld_motions(problem: SharedProblem, body: np.ndarray) -> np.ndarray:
     if not np.all(body == numbers[:1]):
         motions = np.concatenate([motions * (body == k)[:, None, None] for k in numbers], axis=2)
     columns = motions.reshape(-1, motions.shape[2])
-    own, diagonal = columns[: ranks.owned * d], problem.A.diagonal()
-    energy = ranks.sum(own.T @ (problem.A @ columns))
+    own, diagonal = columns[: ranks.owned * d], problem.A.diagonal()[: ranks.owned * d]
+    energy = ranks.sum(own.T @ (problem.A @ columns)[: len(own)])
     free = free_amplitudes(energy, ranks.sum(own.T @ (diagonal[:, None] * own)))
     gram = ranks.sum((own @ free).T @ (own @ free))
     return np.asarray(motions @ np.linalg.solve(np.linalg.cholesky(gram), free.T).T)

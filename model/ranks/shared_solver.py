@@ -167,7 +167,8 @@ class SharedSolver(ContactSolver):
         if self.ranks.comm.rank == 0:
             announce_compilation()
         there = problem.contact_nodes, problem.normal, problem.friction
-        A, N = block_matrix(problem.A), len(problem.coordinates)
+        A, N, owned = block_matrix(problem.A), len(problem.coordinates), self.ranks.owned
+        A = A._replace(indptr=A.indptr[: owned + 1])
         self.loop = SharedLoop(A, *there, self.ranks, N)
         self.correction = correction_of(problem, self.loop, name, nested)
         self.setup_seconds = self._unpaid = perf_counter() - began

@@ -9,7 +9,7 @@ from model.solvers.contact_solver import ContactSolver
 
 
 def solver_of(
-    problem: ContactProblem | SharedProblem,
+    problem: ContactProblem,
     correction: str = "auto",
     order: Any = None,
     progress: bool = True,

@@ -106,18 +106,15 @@ class BodyOnRoad:
         of_system, places = (system.A, system.load, system.coordinates), system.node_of[self.nodes]
         law = placed(friction, system, self.nodes, road)
         arrays = (*of_system, places, normal[near], gap[near], law)
-        self.problem: Any
+        more = {
+            "prolongations": system.prolongations,
+            "interference": interference,
+            "turning": system.turning,
+        }
         if exchange is None:
-            self.problem = ContactProblem(
-                *arrays,
-                prolongations=system.prolongations,
-                interference=interference,
-                turning=system.turning,
-            )
+            self.problem = ContactProblem(*arrays, **more)
         else:
-            self.problem = SharedProblem(
-                *arrays, system.prolongations, system.exchanges, system.ids, interference
-            )
+            self.problem = SharedProblem(*arrays, **more, exchanges=system.exchanges, ids=system.ids)
 
     @property
     def elasticity(self) -> Any:
