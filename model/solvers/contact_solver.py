@@ -431,19 +431,23 @@ class ContactSolver:
             loop.load_size = load_size
             return 0.0
 
-        loop.carry, record = carry, opened(status)
-        self.correction.solve(u, status, record)
-        while record.rounded:
-            if record.best > 0.5 * least:
-                record.give_up("the displacement in two parts is no truer than in one")
-            least, bent, base = record.best, bent + (u - rigid.part_of(u)), base + u
-            base = bent + rigid.part_of(base - bent)
-            self._put_load(posed, base, bent)
-            loop.load_size = load_size
-            u[:] = 0.0
-            status[:] = loop.start(u, status)
-            record = opened(status, record.history)
+        kept, loop.carry = loop.carry, carry
+        try:
+            record = opened(status)
             self.correction.solve(u, status, record)
+            while record.rounded:
+                if record.best > 0.5 * least:
+                    record.give_up("the displacement in two parts is no truer than in one")
+                least, bent, base = record.best, bent + (u - rigid.part_of(u)), base + u
+                base = bent + rigid.part_of(base - bent)
+                self._put_load(posed, base, bent)
+                loop.load_size = load_size
+                u[:] = 0.0
+                status[:] = loop.start(u, status)
+                record = opened(status, record.history)
+                self.correction.solve(u, status, record)
+        finally:
+            loop.carry = kept  # the other holds the solver
         return base, status, record
 
     def _put_load(self, posed: Posed, base: np.ndarray, bent: np.ndarray) -> None:

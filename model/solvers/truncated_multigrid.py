@@ -139,7 +139,7 @@ class Cycle:
                 level.sweep_back(r, z)
             level.missing(r, z, rest)
         if number == 0:
-            project(rest, level.held, level.L)
+            project(rest, level.held, level.T if self.symmetric else level.L)
         load[:] = 0.0
         interpolate(level.R, rest, load)
         self.levels[number + 1].ranks.add(load)
