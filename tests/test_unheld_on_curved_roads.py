@@ -8,8 +8,18 @@ from everyday.scenes import drawn
 from everyday.trial import tried
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, LinearRoad, RoundRoad, ShiftedRoad, SmoothRoad, half_cylinder, rectangle, ring
-from model import BodyOnRoad, solve
+from geometry import (
+    Body,
+    LinearRoad,
+    Plane,
+    RoundRoad,
+    ShiftedRoad,
+    SmoothRoad,
+    half_cylinder,
+    rectangle,
+    ring,
+)
+from model import BodyOnRoad, ContactSolver, NotConverged, solve
 from model.solvers.static_condensation import Condensation
 
 HOLE, DISC = 2.0, 0.5
@@ -135,3 +145,19 @@ def test_it_takes_little_to_see_that_a_strap_slips(monkeypatch):
     with pytest.raises(ValueError, match="carries the body off"):
         strap_over_drum(3.0, 0.3, 60)
     assert len(calls) < 60
+
+
+@pytest.mark.parametrize("correction", ["direct", "algebraic"])
+def test_planes_that_cannot_balance_the_load_are_not_tried(correction):
+    elasticity = Elasticity(Body.from_grid(rectangle(2.0, 1.0, 8, 4)), Isotropic(1e3, 0.3))
+    system = elasticity.system(elasticity.total_force("top", (0.2, -1.0)))
+    contact = BodyOnRoad(system, "bottom", Plane())
+    solver, flat, n = ContactSolver(contact.problem, correction), contact.problem.normal, len(contact.points)
+    with pytest.raises(NotConverged, match="none of the planes can stop") as caught:
+        solver.solve(normal=flat, part=0.01)
+    assert caught.value.cycles == 0
+    held = solver.solve(normal=flat, springs=np.tile(np.eye(2), (n, 1, 1)))
+    assert held.contact_force[:, 1].sum() > 0.0
+    hollow = np.stack([np.linspace(0.5, -0.5, n), np.ones(n)], axis=1)
+    solution = solver.solve(normal=hollow / np.linalg.norm(hollow, axis=1)[:, None])
+    assert np.abs(solution.contact_force.sum(axis=0) - (-0.2, 1.0)).max() < 1e-7

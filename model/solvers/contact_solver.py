@@ -130,8 +130,8 @@ class Solution:
 class Posed(NamedTuple):
     """What one solve is about.
 
-    Load (N, d), gap (n,), where nodes stick (n, d), what the friction law is told of them (n, 1 + m), and
-    where springs hold them (n, d).
+    Load (N, d), gap (n,), where nodes stick (n, d), what the friction law is told of them (n, 1 + m), where
+    springs hold them (n, d), and whether planes can balance the load, but for as much as the solve may leave.
     """
 
     load: np.ndarray
@@ -139,6 +139,7 @@ class Posed(NamedTuple):
     reference: np.ndarray
     state: np.ndarray
     held: np.ndarray
+    balanced: bool
 
 
 class Relaxation:
@@ -315,7 +316,10 @@ class ContactSolver:
         u, start_status, load, gap, reference, slipped = self._checked(
             start, start_status, b, gap, tangential_reference, slipped, normal is None
         )
-        posed = self._pose(load, gap, reference, slipped, normal, places, u[loop.nodes])
+        posed = self._pose(load, gap, reference, slipped, normal, places, u[loop.nodes], part)
+        if springs is None and not posed.balanced:
+            record = Record(tolerance, limit, lambda: 0, progress=False, history=[1.0])
+            record.give_up("the load drives the body into a motion that none of the planes can stop")
         loop.put_springs(springs)
         loop.prescribe(posed.load, u)
         self._require_room(u, posed.gap)
@@ -383,6 +387,7 @@ class ContactSolver:
         normal: Any,
         places: Any,
         held: np.ndarray,
+        part: float,
     ) -> Posed:
         """Tell the loop of its planes, and see that the road can hold the body."""
         problem, loop = self.problem, self.loop
@@ -392,11 +397,12 @@ class ContactSolver:
             places = problem.coordinates[loop.nodes] + reference - height[:, None] * loop.normal
         state = loop.told(slipped, places)
         mu = np.zeros(loop.nodes.size) if loop.friction is None else state[:, 1]
+        planes, balanced = (load, loop.normal, mu), True
         if normal is None:
-            self.rigid.require_balance(load, loop.normal, mu, BALANCE)
-        else:  # on a curved road others may hold the body in the end
-            self.rigid.bears(load, loop.normal, mu, BALANCE)
-        return Posed(load, gap, reference, state, held)
+            self.rigid.require_balance(*planes, BALANCE)
+        elif not self.rigid.bears(*planes, BALANCE):  # on a curved road others may hold the body in the end
+            balanced = part > 0.0 and self.rigid.bears(*planes, part)
+        return Posed(load, gap, reference, state, held, balanced)
 
     def _solve_in_parts(
         self, posed: Posed, u: np.ndarray, status: np.ndarray | None, opened: Callable[..., Record]
@@ -507,7 +513,8 @@ class ContactSolver:
         """
         loop, said = self.loop, []
         strained = float(np.abs(loop.diagonal).max()) * length_scale(self.problem.coordinates)  # wholly
-        motion = "" if self._away else self.rigid.held_by_friction(loop.b, loop.normal)
+        free = self._away or loop.friction is None
+        motion = "" if free else self.rigid.held_by_friction(loop.b, loop.normal)
         if self._away:
             said = [
                 f"the load, which carries the body off in {self._away} without end, for only friction could "
