@@ -15,7 +15,6 @@ from scipy.sparse import csr_array
 
 from model.node_loop.blocks import (
     BlockMatrix,
-    diagonal_blocks,
     diagonal_positions,
     generalised_inverses,
 )
@@ -84,7 +83,7 @@ class SharedLevel(Level):
             squares, turns = np.linalg.eigh(np.add.reduceat(c, first) * np.add.reduceat(C / c, first))
             sizes = (turns * np.sqrt(np.maximum(squares, 0.0))[:, None, :]) @ turns.transpose(0, 2, 1)
             self.weight[near] = 0.5 * excess(sizes, self.A.data[self.middle[near]])
-        diagonal_blocks(self.A, rows, self.inverse)
+        self.inverse[rows] = self.A.data[self.middle[rows]]
         self.inverse[near] += self.weight[near]
         generalised_inverses(self.inverse, rows, self.inverse)
 
@@ -122,11 +121,6 @@ class SharedLevel(Level):
         self.coarser = SharedLevel(self.shares.own_rows(self.product), exchange, coarse)
         return self.coarser
 
-    def _multiply(self, touched: np.ndarray) -> None:
-        """Compute the coarse rows that all ranks mark as touched (coarse nodes,); collective."""
-        multiply(self, self.product, np.flatnonzero(touched), self.T)
-        self.shares.sum(self.product, touched)
-
     def recompute(self, fine: np.ndarray) -> np.ndarray:
         """Compute the coarse matrix anew where owned rows (k,) have part in it; collective.
 
@@ -137,7 +131,8 @@ class SharedLevel(Level):
         touched[columns_of(self.P, fine, coarser.nodes)] = True
         exchange.add(touched)
         exchange.update(touched)
-        self._multiply(touched)
+        multiply(self, self.product, np.flatnonzero(touched), self.T)
+        self.shares.sum(self.product, touched)
         changed = np.flatnonzero(touched[: exchange.owned])
         coarser.invert(changed)
         return changed
