@@ -438,8 +438,8 @@ class TimeIntegrator(ABC):
             return ""
         nodes, road = body.contact_nodes[some], body.road_at(state.time)
         near, when = ON_ROAD * (body.size + float(np.abs(u[nodes]).max())), f" at time {state.time:.6g}"
-        at, held = body.positions(u)[some], body.prescribed[nodes]
-        return held_below_road(road, at, nodes, held, u[nodes], near, when)
+        gap, normal, _ = road.closest(body.positions(u)[some])
+        return held_below_road(gap, normal, nodes, body.prescribed[nodes], u[nodes], near, when)
 
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) and normal (n, d) under the body; gaps of nodes that touch are 0, whatever rounding."""

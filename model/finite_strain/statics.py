@@ -213,7 +213,8 @@ class FiniteContact:
         """Refuse supports that hold a node below the road, at u (R, d)."""
         nodes, near = self.problem.contact_nodes, ON_ROAD * length_scale(self.system.coordinates)
         held, when = self.system.fixed[nodes], f" at time {time:.6g}"
-        trouble = held_below_road(self._road, self._points(u), nodes, held, u[nodes], near, when)
+        gap, normal, _ = self._road.closest(self._points(u))
+        trouble = held_below_road(gap, normal, nodes, held, u[nodes], near, when)
         if trouble:
             raise ValueError(trouble)
 

@@ -16,7 +16,7 @@ from model.node_loop.node_loop import NodeLoop, length
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 from model.problem.contact_problem import ContactProblem, length_scale, shaped
-from model.problem.held_below_road import below_road
+from model.problem.held_below_road import held_below_road
 from model.problem.rigid_modes import BALANCE, RigidModes
 from model.solvers.compiling import announce_compilation
 from model.solvers.convergence_record import Record
@@ -313,12 +313,12 @@ class ContactSolver:
         positive(limit=limit, slip_rate=slip_rate)
         loop, first, steps = self.loop, self.loop.sweeps, int(self.correction.steps[0])
         loop.slip_rate = slip_rate
-        u, start_status, load, gap, reference, slipped = self._checked(
+        u, start_status, posed = self._checked(
             start, start_status, b, gap, tangential_reference, slipped, normal is None
         )
-        posed = self._pose(load, gap, reference, slipped, normal, places, u[loop.nodes], part)
+        posed = self._laid(posed, normal, places, part)
         if springs is None and not posed.balanced:
-            record = Record(tolerance, limit, lambda: 0, progress=False, history=[1.0])
+            record = Record(tolerance, limit, lambda: 0, progress=False, history=[1.0], ranks=self.ranks)
             record.give_up("the load drives the body into a motion that none of the planes can stop")
         loop.put_springs(springs)
         loop.prescribe(posed.load, u)
@@ -357,7 +357,10 @@ class ContactSolver:
     def _checked(
         self, start: Any, start_status: Any, b: Any, gap: Any, reference: Any, slipped: Any, flat: bool
     ) -> tuple[Any, ...]:
-        """Check what is given for a solve on every rank, and take the rest from the problem."""
+        """Check what is given for a solve on every rank, and take the rest from the problem.
+
+        Return first guess and status, and what is posed, its state being who slipped (n,).
+        """
         problem, loop, trouble = self.problem, self.loop, ""
         shape, n = loop.field_shape, loop.nodes.size
         try:
@@ -376,33 +379,23 @@ class ContactSolver:
         except ValueError as error:
             trouble = str(error)
         self.ranks.agree(trouble)
-        return u, start_status, load, gap, reference, slipped
+        return u, start_status, Posed(load, gap, reference, slipped, u[loop.nodes])
 
-    def _pose(
-        self,
-        load: np.ndarray,
-        gap: np.ndarray,
-        reference: np.ndarray,
-        slipped: np.ndarray,
-        normal: Any,
-        places: Any,
-        held: np.ndarray,
-        part: float,
-    ) -> Posed:
-        """Tell the loop of its planes, and see that the road can hold the body."""
+    def _laid(self, posed: Posed, normal: Any, places: Any, part: float) -> Posed:
+        """Lay the planes, tell the friction law where the nodes are, and see that the road can hold the body."""
         problem, loop = self.problem, self.loop
         self.take_planes(problem.normal if normal is None else normal)
         if places is None and loop.friction is not None and loop.friction.by_place:
-            height = gap + np.einsum("ca,ca->c", loop.normal, reference)
-            places = problem.coordinates[loop.nodes] + reference - height[:, None] * loop.normal
-        state = loop.told(slipped, places)
+            height = posed.gap + np.einsum("ca,ca->c", loop.normal, posed.reference)
+            places = problem.coordinates[loop.nodes] + posed.reference - height[:, None] * loop.normal
+        state = loop.told(posed.state, places)
         mu = np.zeros(loop.nodes.size) if loop.friction is None else state[:, 1]
-        planes, balanced = (load, loop.normal, mu), True
+        planes, balanced = (posed.load, loop.normal, mu), True
         if normal is None:
             self.rigid.require_balance(*planes, BALANCE)
         elif not self.rigid.bears(*planes, BALANCE):  # on a curved road others may hold the body in the end
             balanced = part > 0.0 and self.rigid.bears(*planes, part)
-        return Posed(load, gap, reference, state, held, balanced)
+        return posed._replace(state=state, balanced=balanced)
 
     def _solve_in_parts(
         self, posed: Posed, u: np.ndarray, status: np.ndarray | None, opened: Callable[..., Record]
@@ -532,15 +525,11 @@ class ContactSolver:
 
     def _require_room(self, u: np.ndarray, gap: np.ndarray) -> None:
         """Refuse a node that is prescribed a place below the road."""
-        loop, trouble = self.loop, ""
-        still = loop.cannot_move | loop.uncoupled[loop.nodes].all(axis=1)
-        still &= not loop.uncoupled.all()  # a diagonal matrix prescribes nothing
-        there = u[loop.nodes]
-        depth = np.where(still, -(gap + np.einsum("ca,ca->c", loop.normal, there)), 0.0)
-        if depth.any() and depth.max() > 1e-12 * length_scale(self.problem.coordinates):
-            worst = int(np.argmax(depth))
-            trouble = below_road(int(loop.nodes[worst]), there[worst], depth[worst])
-        self.ranks.agree(trouble)
+        loop, nodes, there = self.loop, self.loop.nodes, u[self.loop.nodes]
+        held = loop.uncoupled[nodes] & (not loop.uncoupled.all())  # a diagonal matrix prescribes nothing
+        gap = gap + np.einsum("ca,ca->c", loop.normal, there)
+        near = 1e-12 * length_scale(self.problem.coordinates)
+        self.ranks.agree(held_below_road(gap, loop.normal, nodes, held, there, near))
 
 
 def choose(problem: ContactProblem) -> str:

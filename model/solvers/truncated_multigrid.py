@@ -43,13 +43,10 @@ from model.solvers.krylov import conjugate_gradients, flexible_gmres
 from model.solvers.projected_search import projected_search
 from model.solvers.static_condensation import Condensation
 
-UNSTEADY = (
-    0.3  # part of the defect that corrections leave while the contact set changes; 0.1 and 0.2 cost more
-)
-FORCING = (
-    0.9,
-    2.0,
-)  # choice 2, gamma and alpha, of S. C. Eisenstat, H. F. Walker, SIAM J. Sci. Comput. 17 (1996)
+# part of the defect that corrections leave while the contact set changes; 0.1 and 0.2 cost more
+UNSTEADY = 0.3
+# choice 2, gamma and alpha, of S. C. Eisenstat, H. F. Walker, SIAM J. Sci. Comput. 17 (1996)
+FORCING = 0.9, 2.0
 PATIENCE = 8  # rounds in which the residual need not fall; then the problem is condensed
 FALL = 0.9  # of the residual is progress
 KRYLOV = 30  # cycles in one correction at most
