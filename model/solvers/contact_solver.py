@@ -12,7 +12,7 @@ import numpy as np
 
 from checks import is_tolerance, positive
 from model.node_loop.blocks import block_matrix
-from model.node_loop.node_loop import NodeLoop, length
+from model.node_loop.node_loop import NodeLoop
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 from model.problem.contact_problem import ContactProblem, length_scale, shaped
@@ -496,7 +496,7 @@ class ContactSolver:
 
     def _floor(self, u: np.ndarray) -> float:
         """Natural residual that the rounding of u (N, d) may leave."""
-        return rounding_floor(self.loop.A, u, self.loop.load_size + length(self.loop.force))
+        return rounding_floor(self.loop.A, u, self.loop.scale)
 
     def _causes(self, u: np.ndarray, status: np.ndarray, tests: list[float], tolerance: float) -> list[str]:
         """Say why a solve may not have converged.

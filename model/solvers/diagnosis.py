@@ -38,7 +38,7 @@ def likely_causes(
     """
     residual = max(loop.residual(u, status), 1e-300)
     missing = loop.R
-    floor = ROUNDING + rounding_floor(loop.A, u, loop.load_size + length(loop.force))
+    floor = ROUNDING + rounding_floor(loop.A, u, loop.scale)
     diagonal = np.einsum("iaa->ia", loop.diagonal)[loop.loaded]
     span = float(diagonal.max(initial=1e-300) / max(diagonal.min(initial=np.inf), 1e-300))
     explained = 1.0 if residual <= min(NEAR * floor, ASTRAY) else min(floor / residual, 1.0)
