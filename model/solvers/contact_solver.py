@@ -139,7 +139,7 @@ class Posed(NamedTuple):
     reference: np.ndarray
     state: np.ndarray
     held: np.ndarray
-    balanced: bool
+    balanced: bool = True
 
 
 class Relaxation:
@@ -382,7 +382,7 @@ class ContactSolver:
         return u, start_status, Posed(load, gap, reference, slipped, u[loop.nodes])
 
     def _laid(self, posed: Posed, normal: Any, places: Any, part: float) -> Posed:
-        """Lay the planes, tell the friction law where the nodes are, and see that the road can hold the body."""
+        """Lay the planes, tell the friction law of the nodes, and see whether the road can hold the body."""
         problem, loop = self.problem, self.loop
         self.take_planes(problem.normal if normal is None else normal)
         if places is None and loop.friction is not None and loop.friction.by_place:
