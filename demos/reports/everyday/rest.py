@@ -1,27 +1,19 @@
-"""Whether a body that nothing but a plane road holds can rest there, and whether it would ever stop.
+"""Where the rigid body can come to rest on a plane road, and whether it would ever stop.
 
 In the linear model the gaps of a rigid body are linear in its motions, so that its places are a polyhedron, and
-nodes that touch together do so at one of its corners as well. Where at each corner the load does work in a
-motion that no admissible force of the nodes touching there resists (Farkas' lemma, decided by the conic
-solver), forces and moments balance nowhere, whatever friction does: `rests_nowhere` is a proof, which knows
-nothing of springs, paths or Newton's steps. Nodes within what an elastic body may give way count as touching.
+nodes that touch together do so at one of its corners as well. Nodes within what an elastic body may give way
+count as touching.
 
-Where friction might balance the load if the pressure were large enough, elasticity decides how large it can be,
-which `slips_for_certain` bounds. `slides_on` is a second opinion, and no proof: the rigid body in a fluid, let go
-under Coulomb's law.
+`slides_on` is an opinion, and no proof: the rigid body in a fluid, let go under Coulomb's law.
 """
 
-from dataclasses import replace
 from itertools import combinations
-from typing import Any
 
 import clarabel
 import numpy as np
-from scipy.linalg import null_space
-from scipy.sparse import csc_array, csr_array, vstack
+from scipy.sparse import csc_array, csr_array
 
 from .judge import (
-    DRIVEN,
     LANDINGS,
     NOT_MOVED,
     Posed,
@@ -30,44 +22,38 @@ from .judge import (
     _minimum,
     _softness,
     _solution,
-    driven_power,
     free_motions,
 )
 
 GIVES = 10.0  # times the displacement by the load alone: gaps of nodes that may touch
 ROOM = 1e-7  # of the size, and of the way there: rounding of a gap
 PARALLEL = 1e-12  # determinant of motions of unit size in which nodes touch that never do so together
-CERTAIN = 0.1  # margin of a proof
 ROUNDS, SETTLED = 100, 1e-6  # of friction's bounds, and their change, of the load, that is none
 
 
-def rests_nowhere(posed: Posed) -> bool:
-    """Tell whether it is certain that forces and moments balance at no place of the body."""
-    if not free_motions(posed).shape[1] or _moves_its_supports(posed):
-        return False
-    for touching in resting_places(posed):
-        there = {name: getattr(posed, name)[touching] for name in ("nodes", "normal", "gap", "reference")}
-        if not driven_power(replace(posed, **there)) > DRIVEN:
-            return False
-    return True
-
-
-def resting_places(posed: Posed) -> np.ndarray:
-    """Return which candidates touch (v, n) at the corners of the set of places of the rigid body."""
+def resting_places(posed: Posed) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return which candidates touch (k,), and the rigid motion (N d,), at corners of the rigid body's places."""
     Z, size = free_motions(posed), float(np.ptp(posed.coordinates, axis=0).max())
     across = np.einsum("ca,cam->cm", posed.normal, Z.reshape(*posed.b.shape, -1)[posed.nodes])
-    U, s, _ = np.linalg.svd(across, full_matrices=False)
-    a = U[:, s > 1e-9 * s[0]] * np.sqrt(len(U))  # the gaps are g + a q in the motions q that change them
-    near, found = GIVES * _gives_way(posed, Z), [np.zeros((0, len(a)), dtype=bool)]
-    for first in range(len(a)):
-        others = combinations(range(first + 1, len(a)), a.shape[1] - 1)
+    U, s, V = np.linalg.svd(across, full_matrices=False)
+    kept, n = s > 1e-9, len(U)
+    a = U[:, kept] * np.sqrt(n)  # the gaps are g + a q in the motions q that change them
+    motion = Z @ (V[kept].T / s[kept] * np.sqrt(n))
+    near, found = GIVES * _gives_way(posed, Z), {}
+    if not kept.any():
+        return [(np.flatnonzero(posed.gap <= near), np.zeros(len(Z)))]
+    for first in range(n):
+        others = combinations(range(first + 1, n), a.shape[1] - 1)
         meet = np.array([(first, *rest) for rest in others], dtype=int).reshape(-1, a.shape[1])
         meet = meet[np.abs(np.linalg.det(a[meet])) > PARALLEL]
         q = np.linalg.solve(a[meet], -posed.gap[meet][..., None])[..., 0]
         gaps = posed.gap + q @ a.T
         room = ROOM * (size + np.abs(q).max(axis=1, initial=0.0))[:, None]
-        found.append((gaps <= near + room)[(gaps >= -room).all(axis=1)])
-    return np.unique(np.concatenate(found), axis=0)
+        corner = (gaps >= -room).all(axis=1)
+        for touching, at in zip((gaps <= near + room)[corner], q[corner]):
+            found[tuple(np.flatnonzero(touching))] = at
+    most = [some for some in found if not any(set(some) < set(others) for others in found)]
+    return [(np.array(some), motion @ found[some]) for some in most]
 
 
 def _gives_way(posed: Posed, Z: np.ndarray) -> float:
@@ -78,71 +64,6 @@ def _gives_way(posed: Posed, Z: np.ndarray) -> float:
     P = csr_array(posed.A)[keep][:, keep] * soft
     _, x, found = _minimum(P, -b[keep] / strength, rows, np.zeros(Z.shape[1]), cones)
     return float(np.abs(x).max()) * soft * strength if found else np.inf
-
-
-def slips_for_certain(posed: Posed) -> bool:
-    """Tell whether it is certain that the load slides the body along the road, for it is pressed too little.
-
-    At an equilibrium let u be the displacement without the free motions Z along the road, which change neither
-    gaps nor A u; E its norm, E^2 = u.A u; and P the sum of the pressures p. Then
-
-        E^2 = b.u - g.p + sum tau.u_t <= beta E + mu kappa E P,                                          (1)
-
-    beta and kappa being the largest b.u, and |u_t| of a node, at E = 1 with no node below the road that is on it
-    at rest. For any w with n.w - mu |w_t| >= 1 at all nodes, W its norm,
-
-        P <= sum (p n.w + tau.w_t) = w.A u - b.w <= W E - b.w,                                           (2)
-
-    so that E is bounded, and P. But b.z = -sum tau.z_t <= mu P max |z_t| for z = Z Z.b.
-    """
-    motions, d = free_motions(posed), posed.b.shape[1]
-    free = ~posed.prescribed
-    loose = free.reshape(posed.b.shape)[posed.nodes].all(axis=1)  # forces on held nodes do no work
-    frame, nodes, n = _frames(posed.normal[loose]), posed.nodes[loose], int(loose.sum())
-    if not motions.shape[1] or not n or _moves_its_supports(posed):
-        return False
-    across = np.einsum("ca,cam->cm", frame[:, 0], motions.reshape(-1, d, motions.shape[1])[nodes])
-    Z = motions @ null_space(across, rcond=1e-9)
-    if not Z.shape[1]:
-        return False
-    rows = np.zeros((n, d, *posed.b.shape))
-    rows[np.arange(n), :, nodes] = frame
-    rows = rows.reshape(n, d, -1)[:, :, free]
-    A, b = csr_array(posed.A)[free][:, free] * _softness(posed), posed.b.ravel()[free]
-    b, on_road = b / (np.linalg.norm(b) or 1.0), posed.gap[loose] <= 0.0
-    z = Z @ (Z[free].T @ b)
-    fastest = np.linalg.norm(z.reshape(posed.b.shape)[nodes], axis=1).max()
-    most = _most_pressure(A, b, rows, on_road, csr_array(Z[free].T), posed.mu)
-    if not np.isfinite(most):
-        return False
-    return bool(z[free] @ b > (1.0 + CERTAIN) * posed.mu * most * fastest)
-
-
-def _most_pressure(
-    A: Any, b: np.ndarray, rows: np.ndarray, on_road: np.ndarray, along: Any, mu: float
-) -> float:
-    """Return the bound of (2) on P; rows (k, d, N) give the nodes' displacements along normals and tangents."""
-    (k, d, N), m = rows.shape, along.shape[0]
-    apart, off = clarabel.ZeroConeT(m), clarabel.NonnegativeConeT(int(on_road.sum()))
-    blocks = vstack([csr_array(-rows[on_road, 0]), along]) if on_road.any() else along
-
-    def most(h: np.ndarray) -> float:
-        """Return the largest h.u at E = 1."""
-        cones = [off, apart] if on_road.any() else [apart]
-        value, _, found = _minimum(A, -h, blocks, np.zeros(blocks.shape[0]), cones)
-        return float(np.sqrt(max(-2.0 * value, 0.0))) if found else np.inf
-
-    lift = np.concatenate([-rows[:, :1], -mu * rows[:, 1:]], axis=1).reshape(k * d, N)
-    right = np.append(np.tile(-np.eye(d)[0], k), np.zeros(m))
-    cones = [clarabel.SecondOrderConeT(d)] * k + [apart]
-    _, w, found = _minimum(A, np.zeros(N), vstack([csr_array(lift), along]), right, cones)
-    if not found:
-        return np.inf
-    W, weight = float(np.sqrt(max(w @ (A @ w), 0.0))), max(-float(b @ w), 0.0)
-    sides = [max(most(row), most(-row)) for row in rows[:, 1:].reshape(-1, N)]
-    kappa = float(np.linalg.norm(np.reshape(sides, (k, d - 1)), axis=1).max())
-    rest = 1.0 - mu * kappa * W
-    return W * (most(b) + mu * kappa * weight) / rest + weight if rest > 0.0 else np.inf
 
 
 def _moves_its_supports(posed: Posed) -> bool:

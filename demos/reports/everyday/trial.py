@@ -12,6 +12,7 @@ from model import ContactSolver, MovingBody, NotConverged, follow, solve
 from model.dynamics.schemes import IMPLICIT
 from model.quasistatics.curved_contact import CurvedContact
 
+from .existence import has_no_equilibrium
 from .judge import (
     DRIVEN,
     EPS,
@@ -25,7 +26,7 @@ from .judge import (
     never_rests,
     prescribed_below,
 )
-from .rest import rests_nowhere, slides_on, slips_for_certain
+from .rest import slides_on
 from .scenes import SMALL_ENOUGH, Scene, elastic
 
 OUTCOMES = (
@@ -93,13 +94,13 @@ def tried(scene: Scene) -> dict[str, Any]:
         words["correction"],
         unknowns=scene.pressed.problem.b.size,
     )
-    began = time.perf_counter()
+    began, pairs = time.perf_counter(), []
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             warnings.simplefilter("error", RuntimeWarning)
             way = {"static": _static, "load steps": _in_steps, "time step": _in_time}[words["kind"]]
-            pairs, last = way(scene)
+            last = way(scene, pairs)
         outcome.seconds = time.perf_counter() - began
         outcome.cycles, outcome.steps = int(last.cycles), int(getattr(last, "steps", 0))
         outcome.contacts = int(np.count_nonzero(last.status))
@@ -109,7 +110,7 @@ def tried(scene: Scene) -> dict[str, Any]:
                 outcome.outcome, outcome.said = "wrong", f"step {number}: " + "; ".join(wrong)
                 break
     except NotConverged as error:
-        outcome.outcome, outcome.said = _without_answer(scene), str(error)
+        outcome.outcome, outcome.said = _without_answer(scene, pairs), str(error)
     except ValueError as error:
         confirmed = _power(scene) > EDGE * DRIVEN or (scene.curved and _never_rests(scene))
         confirmed = confirmed or prescribed_below(_posed(scene), scene.road, scene.pressed.points)
@@ -121,17 +122,24 @@ def tried(scene: Scene) -> dict[str, Any]:
     return asdict(outcome)
 
 
-def _without_answer(scene: Scene) -> str:
-    """Say what the judge thinks of a scene that the solver did not solve."""
+def _without_answer(scene: Scene, pairs: list) -> str:
+    """Say what the judge thinks of a scene that was solved up to some steps."""
     if _power(scene) > DRIVEN or _never_rests(scene):
         return "refused, confirmed"
     if not scene.curved and scene.words["kind"] != "time step":  # in which inertia balances any load
-        posed = _posed(scene)
-        if rests_nowhere(posed) or slips_for_certain(posed):
+        if has_no_equilibrium(_next(scene, pairs)):
             return "none exists, proved"
-        if slides_on(posed):
+        if slides_on(_posed(scene)):
             return "endless, seen twice"
     return "not converged"
+
+
+def _next(scene: Scene, pairs: list) -> Posed:
+    """The problem of the step after some that were solved."""
+    if scene.words["kind"] == "static":
+        return _posed(scene)
+    nodes, b = scene.pressed.problem.contact_nodes, scene.pressed.problem.b
+    return _posed(scene, (len(pairs) + 1) / STEPS * b, pairs[-1][1].displacement[nodes] if pairs else None)
 
 
 def _power(scene: Scene) -> float:
@@ -186,15 +194,17 @@ def _answer(solution: Any) -> Answer:
     return Answer(solution.displacement, solution.contact_force, solution.gap)
 
 
-def _static(scene: Scene) -> tuple[list, Any]:
+def _static(scene: Scene, pairs: list) -> Any:
     if not scene.curved:
         solution = solve(scene.pressed, _correction(scene), progress=False)
-        return [(_posed(scene), _answer(solution))], solution
+        pairs.append((_posed(scene), _answer(solution)))
+        return solution
     solver = ContactSolver(scene.pressed.problem, _correction(scene), progress=False)
     contact = CurvedContact(solver, scene.pressed.points)
     solution = contact.solve(scene.road)
     anchor = scene.road.closest(scene.pressed.points)[2] - scene.pressed.points
-    return [(_on_planes(scene, contact, solution, reference=anchor), _answer(solution))], solution
+    pairs.append((_on_planes(scene, contact, solution, reference=anchor), _answer(solution)))
+    return solution
 
 
 def _on_planes(scene: Scene, contact: Any, solution: Any, **options: Any) -> Posed:
@@ -243,26 +253,26 @@ def _normal_is_the_roads(scene: Scene, contact: Any, solution: Any) -> list[str]
     return said
 
 
-def _in_steps(scene: Scene) -> tuple[list, Any]:
+def _in_steps(scene: Scene, pairs: list) -> Any:
     """A load path, each step judged with the sticking points that the last one left."""
     problem, correction = scene.pressed.problem, _correction(scene)
     loads = [k / STEPS * problem.b for k in range(1, STEPS + 1)]
-    pairs, reference = [], np.zeros_like(problem.normal)
+    reference = np.zeros_like(problem.normal)
     if not scene.curved:
         for b, solution in zip(loads, follow(scene.pressed, loads, correction, progress=False)):
             pairs.append((_posed(scene, b, reference), _answer(solution)))
             reference = solution.displacement[problem.contact_nodes]
-        return pairs, solution
+        return solution
     contact = CurvedContact(ContactSolver(problem, correction, progress=False), scene.pressed.points)
     still = MovingRoad(scene.road, np.zeros(problem.dim))
     for b, solution in zip(loads, contact.follow(still, enumerate(loads, start=1))):
         anchor = scene.road.closest(scene.pressed.points + reference)[2] - scene.pressed.points
         pairs.append((_on_planes(scene, contact, solution, b=b, reference=anchor), _answer(solution)))
         reference = solution.displacement[problem.contact_nodes]
-    return pairs, solution
+    return solution
 
 
-def _in_time(scene: Scene) -> tuple[list, Any]:
+def _in_time(scene: Scene, pairs: list) -> Any:
     """Two steps of a body thrown at the road; the judge gets the problem that each step poses."""
     words, pressed = scene.words, scene.pressed
     random = np.random.default_rng(scene.number)
@@ -285,7 +295,7 @@ def _in_time(scene: Scene) -> tuple[list, Any]:
     velocity = np.zeros_like(problem.b)
     velocity[:] = 0.01 * wave * random.uniform(-1.0, 1.0, problem.dim)
     velocity[body.prescribed] = 0.0
-    state, pairs = scheme.start(velocity=velocity), []
+    state = scheme.start(velocity=velocity)
     for _ in range(2):
         before, state = state, scheme.step(state)
         moved, b, touch = scheme.posed
@@ -303,4 +313,4 @@ def _in_time(scene: Scene) -> tuple[list, Any]:
             rounding=16 * EPS * (np.abs(before.displacement).max() + np.abs(moved).max() + body.size),
         )
         pairs.append((posed, Answer(touch.increment, touch.force, touch.gap)))
-    return pairs, state
+    return state
