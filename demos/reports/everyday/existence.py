@@ -17,7 +17,7 @@ nothing.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import linprog
@@ -64,66 +64,100 @@ def _changed(values: tuple, c: int, value: Any) -> tuple:
     return (*values[:c], value, *values[c + 1 :])
 
 
-def has_no_equilibrium(posed: Posed) -> bool:
-    """Tell whether it is certain that a body with free motions has no equilibrium under its load."""
+def has_no_equilibrium(posed: Posed, programmes: int = PROGRAMMES) -> bool:
+    """Tell whether so many programmes prove that a body with free motions has no equilibrium under its load."""
     fixed = posed.prescribed.reshape(posed.b.shape)
     if fixed[posed.nodes].any() or not free_motions(posed).shape[1] or not posed.b[~fixed].any():
         return False
-    left = PROGRAMMES
+    condensed = Condensed.of(posed)
     try:
         for near, motion in resting_places(posed):
-            search = Search(posed, near, motion)
-            if not search.rules_out_all(left):
+            search = Search(condensed.at(near, motion), posed.mu)
+            if not search.rules_out_all(programmes):
                 return False
-            left -= search.programmes
+            programmes -= search.programmes
     except ArithmeticError:
         return False
     return True
 
 
-class Search:
-    """The search for an equilibrium near one place of the rigid body.
+class Condensed(NamedTuple):
+    """What forces f, in units of the load, and amplitudes q do to n nodes, in their frames.
 
-    In units of the load, and of the displacement by it.
-
-    Parameters
+    Attributes
     ----------
-    posed : Posed
-    near : (n,) int
-        Candidates that may touch there; none of them is held.
-    motion : (N d,)
-        The rigid motion to there.
+    W : (n, d, n, d)
+        Displacements by forces that balance in the free motions.
+    R : (n, d, m)
+        Displacements in these motions; the last ones lead along the road.
+    start : (n, d)
+        Gap and slip without f and q.
+    load : (m,)
+        Work of the load in the motions.
+    nodes, frame : (n,), (n, d, d)
     """
 
-    def __init__(self, posed: Posed, near: np.ndarray, motion: np.ndarray):
-        fixed, (N, d), n = posed.prescribed, posed.b.shape, len(near)
-        keep, frame = np.flatnonzero(~fixed), _frames(posed.normal)[near]
+    W: np.ndarray
+    R: np.ndarray
+    start: np.ndarray
+    load: np.ndarray
+    nodes: np.ndarray
+    frame: np.ndarray
+
+    @classmethod
+    def of(cls, posed: Posed) -> "Condensed":
+        """All candidates of a problem."""
+        fixed, (N, d), n = posed.prescribed, posed.b.shape, len(posed.nodes)
+        keep, frame = np.flatnonzero(~fixed), _frames(posed.normal)
         A, held = posed.A.toarray(), np.zeros(N * d)
         held[fixed] = posed.b.ravel()[fixed] / A.diagonal()[fixed]
         b = (posed.b.ravel() - A @ held)[keep]
         A, Z, force = A[np.ix_(keep, keep)], free_motions(posed)[keep], float(np.linalg.norm(b))
         at = np.zeros((n, d, N, d))
-        at[np.arange(n), :, posed.nodes[near]] = frame
-        at = at.reshape(n * d, N * d)
+        at[np.arange(n), :, posed.nodes] = frame
+        at = at.reshape(n * d, N * d)[:, keep]
         strains = np.eye(len(keep)) - Z @ Z.T
         soft = strains @ np.linalg.inv(A + A.diagonal().mean() * (Z @ Z.T)) @ strains
-        u0, W = at[:, keep] @ (soft @ b), at[:, keep] @ soft @ at[:, keep].T * force
-        length = float(max(np.abs(u0).max(), np.abs(W).max()))
-        start = (at @ (held + motion) + u0).reshape(n, d)
-        start[:, 0] += posed.gap[near]
-        start[:, 1:] -= np.einsum("cta,ca->ct", frame[:, 1:], posed.reference[near])
-        R = (at[:, keep] @ Z).reshape(n, d, -1)
+        R = (at @ Z).reshape(n, d, -1)
         _, s, V = np.linalg.svd(R[:, 0])
-        R, across = R @ V.T, int(np.count_nonzero(s > 1e-9))
-        R[:, 0, across:] = 0.0  # motions along the road
-        self.n, self.d, self.mu, self.start = n, d, posed.mu, start / length
+        R = R @ V.T
+        R[:, 0, np.count_nonzero(s > 1e-9) :] = 0.0
+        start = (at @ (soft @ b)).reshape(n, d)
+        start[:, 0] += posed.gap
+        start[:, 1:] -= np.einsum("cta,ca->ct", frame[:, 1:], posed.reference)
+        W = (at @ soft @ at.T * force).reshape(n, d, n, d)
+        return cls(W, R, start, V @ (Z.T @ b) / force, posed.nodes, frame)
+
+    def at(self, near: np.ndarray, motion: np.ndarray) -> "Condensed":
+        """Some of the nodes, after a rigid motion (N d,)."""
+        nodes, frame, d = self.nodes[near], self.frame[near], self.start.shape[1]
+        start = self.start[near] + np.einsum("cta,ca->ct", frame, motion.reshape(-1, d)[nodes])
+        return Condensed(self.W[near][:, :, near], self.R[near], start, self.load, nodes, frame)
+
+
+class Search:
+    """The search for an equilibrium in which of a body's candidates only some nodes touch.
+
+    Lengths are in units of the displacement by the load.
+
+    Parameters
+    ----------
+    body : Condensed
+        With these nodes.
+    mu : float
+    """
+
+    def __init__(self, body: Condensed, mu: float):
+        n, d, m = body.R.shape
+        size = float(np.abs(body.W).max())
+        self.n, self.d, self.mu, self.start = n, d, mu, body.start / size
         slips = max(1.0, float(np.abs(self.start).max()))
-        unit = np.maximum(np.abs(R).max(axis=(0, 1)), 1e-300) / slips
-        unit[:across] *= slips if slips < RIGID else 1.0
-        self.load = V @ (Z.T @ b) / unit / force
-        R = (R / unit).reshape(n * d, -1)
-        self.balance = np.hstack([R.T, np.zeros((len(unit), len(unit)))])
-        self.rows = np.hstack([W / length, R]).reshape(n, d, -1)
+        across = body.R[:, 0].any(axis=0)
+        unit = np.maximum(np.abs(body.R).max(axis=(0, 1)), 1e-300)
+        unit /= np.where(across & (slips < RIGID), 1.0, slips)
+        self.load, R = body.load / unit, (body.R / unit).reshape(n * d, m)
+        self.balance = np.hstack([R.T, np.zeros((m, m))])
+        self.rows = np.hstack([body.W.reshape(n * d, n * d) / size, R]).reshape(n, d, -1)
         angles = 2 * np.pi * np.arange(SIDES) / SIDES
         self.polygon = _ways(angles, d) if d == 3 else np.array([[1.0], [-1.0]])
         self.planes: list[tuple[np.ndarray, float]] = []
