@@ -158,6 +158,7 @@ def test_a_motion_without_end_is_told_at_once(number):
     """Two spin about a pin above them, mu = 0.01 and 0.1, and one falls from an overhang."""
     said = tried(drawn(number))["said"]
     assert "the load moves the body on and on" in said
+    assert "as far as springs ever softer let it go there is no equilibrium" in said
 
 
 def test_slips_without_a_unique_answer_raise_nothing():

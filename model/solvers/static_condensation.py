@@ -184,7 +184,10 @@ class Condensation:
         while not record.finished(loop.residual(u, status)):
             driven += self._driven
             if driven == DRIVEN:
-                record.give_up("the load moves the body on and on, and no node that it comes to stops it")
+                record.give_up(
+                    "the load moves the body on and on, and no node that it comes to stops it: as far as "
+                    "springs ever softer let it go there is no equilibrium, though there may be one elsewhere"
+                )
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]
             loop.force[apart] = 0.0
