@@ -39,8 +39,10 @@ class Descent:
 
     def step(
         self, here: np.ndarray, solution: Solution, pull: np.ndarray, longest: float
-    ) -> np.ndarray | None:
-        """Return where to go from `here` towards a solution, (N, d); None if no part of the way lowers (1).
+    ) -> tuple[np.ndarray, float]:
+        """Return where to go from `here` towards a solution, (N, d), and which part of the way that is.
+
+        It is `here` if no part of the way lowers (1).
 
         Parameters
         ----------
@@ -94,17 +96,17 @@ class Descent:
             change = part * slope + 0.5 * part**2 * stretch + friction(at + under, road.closest(at)[1])
             change += float(np.vdot(left, back[nodes]) + 0.5 * np.vdot(back, self._times(back)))
             if change - before <= enough:
-                return here + part * way + back
+                return here + part * way + back, part
             part *= 0.5
         else:
-            return None
+            return here, 0.0
         sure = loop.friction is None and ENOUGH * promised < -noise
         while sure and 1.0 <= part <= 0.5 * longest:
             farther = penalised(2.0 * part)[0]
             if farther > change + ENOUGH * promised:
                 break
             part, change = 2.0 * part, farther
-        return solution.displacement if part == 1.0 else here + part * way
+        return solution.displacement if part == 1.0 else here + part * way, part
 
     def _times(self, way: np.ndarray) -> np.ndarray:
         """What the body, its springs apart, resists a way (N, d)."""

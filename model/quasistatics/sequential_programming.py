@@ -133,9 +133,8 @@ class SequentialProgramming:
         turn, pull = (-np.einsum("cab,cb->ca", by, moved) for by in (planes.springs, self._springs))
         scale = self.loop.load_size + self._norm(force)
         idle = self._norm(pull) <= IDLE * posed.tolerance * scale
-        short = self._step(solution, pull)
-        whole = self.u is solution.displacement
-        over = idle and whole and solution.residual <= posed.tolerance
+        part, most = self._step(solution, pull)
+        over = idle and self.u is solution.displacement and solution.residual <= posed.tolerance
         steady = np.inf if solution.history.size == 1 else 10 * posed.tolerance * scale
         if planes.follow(
             posed.points + self.u[nodes],
@@ -146,28 +145,27 @@ class SequentialProgramming:
             posed.points + solution.displacement[nodes],
         ):
             return True
-        if short or (idle and not whole):
+        if part < SHORT * most or (idle and part < 1.0):
             self.hold.tighten()
-        elif whole:
+        elif part >= 1.0:
             self.hold.loosen()
         self._prepare(solution.pressure_force)
         return False
 
-    def _step(self, solution: Solution, pull: np.ndarray) -> bool:
-        """Go towards a solution as far as (1) of `descent` falls; return whether that is a short way only."""
-        posed, reach, wanted = self.posed, np.inf, float(np.abs(solution.displacement - self.u).max())
-        to = solution.displacement
-        if posed.rigid is not None:
-            travelled = float(np.abs(self.u - self.begin.u).max())
-            if travelled > AWAY * posed.size and posed.rigid.count:
-                motion = posed.rigid.modes.T @ (self.u - self.begin.u).ravel()
-                raise CarriedOff(posed.rigid.in_words(motion), travelled)
-            reach = self.begin.longest * (posed.size + travelled)
-            lower = self.descent.step(self.u, solution, pull, reach / (wanted or reach))
-            to = self.u if lower is None else lower
-        gone = float(np.abs(to - self.u).max())
-        self.u = to
-        return gone < SHORT * min(wanted, reach)
+    def _step(self, solution: Solution, pull: np.ndarray) -> tuple[float, float]:
+        """Go towards a solution as far as (1) of `descent` falls; return which part of the way, and the most."""
+        posed, wanted = self.posed, float(np.abs(solution.displacement - self.u).max())
+        if posed.rigid is None:
+            self.u = solution.displacement
+            return 1.0, 1.0
+        travelled = float(np.abs(self.u - self.begin.u).max())
+        if travelled > AWAY * posed.size and posed.rigid.count:
+            motion = posed.rigid.modes.T @ (self.u - self.begin.u).ravel()
+            raise CarriedOff(posed.rigid.in_words(motion), travelled)
+        reach = self.begin.longest * (posed.size + travelled)
+        longest = reach / (wanted or reach)
+        self.u, part = self.descent.step(self.u, solution, pull, longest)
+        return part, min(longest, 1.0)
 
     def _prepare(self, pressure: np.ndarray) -> None:
         """Bend the planes, and guess the next solution: nodes that touch are on the road."""
