@@ -47,6 +47,7 @@ FAR = 1e6  # times what counts as on the road: rounding then turns a secant by 1
 DEEP = 1e6  # times what counts as on the road: rounding then turns what is seen from there by 1e-9 at most
 WIDE = 1e-4  # of the depth: how far apart the road is looked at to see it bend
 STIFF = 1e2  # times its own stiffness: what a corner that holds a node resists,
+SHARP = 0.5  # of the radius seen from above: a hill no longer than that is a corner, and not smooth
 SHALLOW = 10.0  # so that a node is looked at from this many times as deep as it gives way there, or deeper
 
 
@@ -80,6 +81,8 @@ class RoadPlanes:
         Distances to the road at the last look; 0 at nodes that touch once all is settled.
     springs : (n, d, d)
         Stiffness by which the road resists as it turns the pressures, once `bend` has found it.
+    hills : bool
+        It is negative on hills, not left out there.
     distances : list of float
         At every look, how far nodes that touch were from the road, or others below it.
     """
@@ -108,34 +111,42 @@ class RoadPlanes:
         self._at, self._moved = at, np.zeros(len(at))
         self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH, ranks)
         self._lean = np.zeros(at.shape)  # of the planes off the road's own normals
-        self.springs = np.zeros((*at.shape, at.shape[1]))
+        self.springs, self.hills = np.zeros((*at.shape, at.shape[1])), False
 
-    def bend(self, pressure: np.ndarray) -> None:
+    def bend(self, pressure: np.ndarray, hills: bool = False) -> None:
         """Find how the road resists pressures (n,) as it turns them with a node: C = - p grad n, in hollows.
 
         The road is looked at from below. In a corner, where it bends without limit, C is some times what the
-        node itself resists. On a hill it would be negative, and is left out.
+        node itself resists. On hills, looked at from above, it is negative, and left out unless asked for.
         """
-        self.springs[:] = 0.0
+        self.springs[:], self.hills = 0.0, hills
         pressed = np.flatnonzero(pressure)
-        if not pressed.size:
-            return
+        if pressed.size:
+            self.springs[pressed] = self._resists(pressed, pressure, -1.0)
+        if pressed.size and hills:
+            self.springs[pressed] -= self._resists(pressed, pressure, 1.0)
+
+    def _resists(self, pressed: np.ndarray, pressure: np.ndarray, side: float) -> np.ndarray:
+        """|C| (k, d, d) at nodes (k,) that press, as seen from one side: -1 from below, 1 from above."""
         p, normal, foot = pressure[pressed], self.normal[pressed], self.foot[pressed]
         depth, tangent = self._from_below(pressure)[pressed], frames(normal)[:, 1:]
-        below, h = foot - depth[:, None] * normal, np.maximum(WIDE * depth, self.near)
+        place, h = foot + side * depth[:, None] * normal, np.maximum(WIDE * depth, self.near)
         turn = np.empty((pressed.size, tangent.shape[1], tangent.shape[1]))
         for k in range(tangent.shape[1]):
             aside = h[:, None] * tangent[:, k]
-            (_, ahead, one), (_, behind, other) = (self.road.closest(below + x) for x in (aside, -aside))
+            (_, ahead, one), (_, behind, other) = (self.road.closest(place + x) for x in (aside, -aside))
             apart = np.maximum(_length(one - foot), _length(other - foot))
-            hollow = apart <= 1.01 * h + self.near
-            turn[:, :, k] = np.einsum("cka,ca->ck", tangent, behind - ahead) * (hollow / (2 * h))[:, None]
+            nearer = apart <= 1.01 * h + self.near
+            turns = side * np.einsum("cka,ca->ck", tangent, ahead - behind)
+            turn[:, :, k] = turns * (nearer / (2 * h))[:, None]
         sizes, axes = np.linalg.eigh(0.5 * (turn + turn.swapaxes(1, 2)))
         seen = np.maximum(sizes, 0.0) * depth[:, None]
+        if side > 0.0:
+            seen = np.where(seen < SHARP, seen, 0.0)
         stiff = seen / np.maximum(1.0 - seen, 1.0 / FAR) * (p / depth)[:, None]
         stiff = np.minimum(stiff, self._stiffest[pressed, None])
         along = np.einsum("cik,cia->cka", axes, tangent)
-        self.springs[pressed] = np.einsum("cka,ck,ckb->cab", along, stiff, along)
+        return np.asarray(np.einsum("cka,ck,ckb->cab", along, stiff, along))
 
     def gaps(self, points: np.ndarray) -> np.ndarray:
         """Distances (n,) of points (n, d) to the planes."""
@@ -186,7 +197,9 @@ class RoadPlanes:
             normal[in_contact] += self._lean[in_contact]
         before, self._turn = self._turn, normal - self.normal
         if turned is None:
-            self.softness = np.maximum(self.softness * _rescaled(before, self._turn), SHALLOW / self._stiffest)
+            self.softness = np.maximum(
+                self.softness * _rescaled(before, self._turn), SHALLOW / self._stiffest
+            )
         above = np.delete(self.gap, in_contact)
         off = max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0))
         self.distances.append(self.ranks.max(off))

@@ -7,7 +7,8 @@ A step goes to the solution on planes, or only a part of the way, so that
 falls: sequential quadratic programming of S. P. Han, J. Optim. Theory Appl. 22 (1977), with the penalty of
 M. J. D. Powell, Math. Program. 14 (1978), which follows the pressures. It asks no more than these of a node
 below the road, so that a hard body under a light load may go as far as its planes are true. In corners, and
-wherever the penalty stops good steps, nodes below the road are put on it: a second-order correction.
+wherever the penalty stops good steps, nodes below the road are put on it: a second-order correction. A way
+that leads up, as one may where hills make the stiffness indefinite, is not gone.
 """
 
 import numpy as np
@@ -84,6 +85,8 @@ class Descent:
         rubbed = friction(start + move, road.closest(start + move)[1])
         promised = slope + 0.5 * stretch + rubbed - before
         noise = ROUNDING * (abs(slope) + abs(stretch) + before) + nu * self.planes.near
+        if promised > noise and self.planes.hills:
+            return here, 0.0
         part = min(longest, 1.0)
         for _ in range(HALVINGS):
             change, under = penalised(part)

@@ -3,10 +3,12 @@
 Without friction J(u) = 1/2 u.A u - b.u is to be least over g(x + u) >= 0. Each iteration solves that on the
 planes of the road at the nodes, with the road's own curvature as springs at the nodes that press on it,
 
-    C = - p grad^2 g    in hollows, 0 on hills,
+    C = - p grad^2 g,
 
 so that near the solution it converges as Newton's method does, and a body at the bottom of a hole, which the
 planes alone would let slide, is held there (J. Nocedal and S. Wright, Numerical Optimization, 2006, ch. 18).
+On hills C is negative. It counts there once the same nodes touch after whole steps, and as long as these
+succeed; else it is 0, so that the programmes are convex.
 Every step lowers an exact penalty function (`descent`), and is bounded where the planes leave a body free
 (`proximal_springs`). At the solution no spring pulls, so that they and their stiffness do not matter.
 """
@@ -87,6 +89,7 @@ class SequentialProgramming:
         turns = self.ranks.any(bool((self.planes.normal != self.planes.normal[:1]).any()))
         self._enough = LOOSE if turns else 0.0
         self._springs = np.zeros_like(self.planes.springs)
+        self._convex = False  # whether hills have left no solution
         self._solutions: list[Solution] = []
 
     def solve(self) -> Solution:
@@ -119,6 +122,10 @@ class SequentialProgramming:
                 **posed.options,
             )
         except (NotConverged, np.linalg.LinAlgError):
+            if planes.hills:
+                self._convex = True
+                planes.bend(self._solutions[-1].pressure_force)
+                return None
             if not self.hold.needed():
                 raise
             return None
@@ -128,6 +135,7 @@ class SequentialProgramming:
     def _advance(self, solution: Solution) -> bool:
         """Go towards a solution and lay the planes there; return whether it was the solution on the road."""
         posed, planes, nodes = self.posed, self.planes, self.nodes
+        changed = self.ranks.any(not np.array_equal(self.status, solution.status))
         self.status, force = solution.status, solution.contact_force
         moved = (solution.displacement - self.guess)[nodes]
         turn, pull = (-np.einsum("cab,cb->ca", by, moved) for by in (planes.springs, self._springs))
@@ -149,11 +157,12 @@ class SequentialProgramming:
             self.hold.tighten()
         elif part >= 1.0:
             self.hold.loosen()
-        self._prepare(solution.pressure_force)
+        self._prepare()
+        planes.bend(solution.pressure_force, hills=part >= 1.0 and not changed and not self._convex)
         return False
 
     def _step(self, solution: Solution, pull: np.ndarray) -> tuple[float, float]:
-        """Go towards a solution as far as (1) of `descent` falls; return which part of the way, and the most."""
+        """Go towards a solution as far as (1) of `descent` falls; return what part, and the most."""
         posed, wanted = self.posed, float(np.abs(solution.displacement - self.u).max())
         if posed.rigid is None:
             self.u = solution.displacement
@@ -167,15 +176,14 @@ class SequentialProgramming:
         self.u, part = self.descent.step(self.u, solution, pull, longest)
         return part, min(longest, 1.0)
 
-    def _prepare(self, pressure: np.ndarray) -> None:
-        """Bend the planes, and guess the next solution: nodes that touch are on the road."""
+    def _prepare(self) -> None:
+        """Guess the next solution: nodes that touch are on the road."""
         planes, off = self.planes, self.planes.distances[-1]
         if off <= planes.near or off >= 0.5 * min(planes.distances[-2:-1], default=np.inf):
             self._enough = 0.0
         touches = np.flatnonzero(self.status)
         self.guess = self.u.copy()
         self.guess[self.nodes[touches]] = (planes.foot - self.posed.points)[touches]
-        planes.bend(pressure)
 
     def _norm(self, x: np.ndarray) -> float:
         """Euclidean norm of values at the candidates of all ranks."""
