@@ -85,7 +85,7 @@ class Descent:
         rubbed = friction(start + move, road.closest(start + move)[1])
         promised = slope + 0.5 * stretch + rubbed - before
         noise = ROUNDING * (abs(slope) + abs(stretch) + before) + nu * self.planes.near
-        if promised > noise and self.planes.hills:
+        if promised > noise:
             return here, 0.0
         part = min(longest, 1.0)
         for _ in range(HALVINGS):

@@ -89,7 +89,7 @@ class SequentialProgramming:
         turns = self.ranks.any(bool((self.planes.normal != self.planes.normal[:1]).any()))
         self._enough = LOOSE if turns else 0.0
         self._springs = np.zeros_like(self.planes.springs)
-        self._convex = False  # whether hills have left no solution
+        self._convex, self._patience = 0, 0  # iterations without hills, to come and the last time
         self._solutions: list[Solution] = []
 
     def solve(self) -> Solution:
@@ -123,7 +123,7 @@ class SequentialProgramming:
             )
         except (NotConverged, np.linalg.LinAlgError):
             if planes.hills:
-                self._convex = True
+                self._leave_hills()
                 planes.bend(self._solutions[-1].pressure_force)
                 return None
             if not self.hold.needed():
@@ -150,13 +150,16 @@ class SequentialProgramming:
             solution.pressure_force,
             steady if over else -1.0,
             (force, force + turn),
-            posed.points + solution.displacement[nodes],
+            posed.points + (solution.displacement if part > 0.0 else self.u)[nodes],
         ):
             return True
         if part < SHORT * most or (idle and part < 1.0):
             self.hold.tighten()
         elif part >= 1.0:
             self.hold.loosen()
+        if planes.hills and part == 0.0:
+            self._leave_hills()
+        self._convex = max(self._convex - 1, 0)
         self._prepare()
         planes.bend(solution.pressure_force, hills=part >= 1.0 and not changed and not self._convex)
         return False
@@ -184,6 +187,10 @@ class SequentialProgramming:
         touches = np.flatnonzero(self.status)
         self.guess = self.u.copy()
         self.guess[self.nodes[touches]] = (planes.foot - self.posed.points)[touches]
+
+    def _leave_hills(self) -> None:
+        """Leave the hills out for some iterations, for longer each time: with them there was no way down."""
+        self._convex = self._patience = 2 * self._patience + 1
 
     def _norm(self, x: np.ndarray) -> float:
         """Euclidean norm of values at the candidates of all ranks."""
