@@ -83,6 +83,8 @@ class RoadPlanes:
         Stiffness by which the road resists as it turns the pressures, once `bend` has found it.
     hills : bool
         It is negative on hills, not left out there.
+    unsteady : float
+        The most that a normal has turned its node's pressure at the last look.
     distances : list of float
         At every look, how far nodes that touch were from the road, or others below it.
     """
@@ -108,6 +110,7 @@ class RoadPlanes:
             self.anchor = road.closest(sticking)[2]
             self._anchor_normal = road.closest(self.anchor)[1]
         self.distances: list[float] = []
+        self.unsteady = np.inf
         self._at, self._moved = at, np.zeros(len(at))
         self._turn, self._status, self._anderson = np.zeros(at.shape), np.zeros(0), Anderson(SMOOTH, ranks)
         self._lean = np.zeros(at.shape)  # of the planes off the road's own normals
@@ -203,8 +206,8 @@ class RoadPlanes:
         above = np.delete(self.gap, in_contact)
         off = max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0))
         self.distances.append(self.ranks.max(off))
-        unsteady = self.ranks.max(float((np.abs(self._turn).max(axis=1) * pressure).max(initial=0.0)))
-        if unsteady <= steady and self.distances[-1] <= self.near:
+        self.unsteady = self.ranks.max(float((np.abs(self._turn).max(axis=1) * pressure).max(initial=0.0)))
+        if self.unsteady <= steady and self.distances[-1] <= self.near:
             self.gap[in_contact] = 0.0
             self.gap = np.maximum(self.gap, 0.0)
             return True

@@ -8,7 +8,9 @@ falls: sequential quadratic programming of S. P. Han, J. Optim. Theory Appl. 22 
 M. J. D. Powell, Math. Program. 14 (1978), which follows the pressures. It asks no more than these of a node
 below the road, so that a hard body under a light load may go as far as its planes are true. In corners, and
 wherever the penalty stops good steps, nodes below the road are put on it: a second-order correction. A way
-that leads up, as one may where hills make the stiffness indefinite, is not gone.
+that leads up is not gone. Where hills count in the stiffness, (1) need not fall before the next iteration has
+brought the nodes down to the road, so that whole steps are relaxed (the watchdog technique, R. M. Chamberlain
+et al., Math. Program. Study 16 (1982)).
 """
 
 import numpy as np
@@ -16,6 +18,7 @@ import numpy as np
 from model.curved.tangent_planes import RoadPlanes
 from model.node_loop.blocks import defect
 from model.node_loop.node_loop import NodeLoop, along_road
+from model.problem.rigid_modes import SEEN, RigidModes
 from model.solvers.contact_solver import Solution
 
 HALVINGS = 10  # of a step: a shorter one is worth no solve
@@ -33,10 +36,11 @@ class Descent:
     planes : RoadPlanes
     points : (n, d)
         Candidates at zero displacement.
+    rigid : RigidModes or None
     """
 
-    def __init__(self, loop: NodeLoop, planes: RoadPlanes, points: np.ndarray):
-        self.loop, self.planes, self.points, self.penalty = loop, planes, points, 0.0
+    def __init__(self, loop: NodeLoop, planes: RoadPlanes, points: np.ndarray, rigid: RigidModes | None):
+        self.loop, self.planes, self.points, self.rigid, self.penalty = loop, planes, points, rigid, 0.0
 
     def step(
         self, here: np.ndarray, solution: Solution, pull: np.ndarray, longest: float
@@ -72,32 +76,37 @@ class Descent:
             return float(np.sum(bound * slip))
 
         def penalised(part: float) -> tuple[float, np.ndarray]:
-            """What (1) changes by a part of the way, and what puts nodes (n, d) back that are below then."""
+            """What (1) changes by a part of the way, and which nodes (n,) are below then."""
             at = start + part * move
-            gap, normal, foot = road.closest(at)
+            gap, normal, _ = road.closest(at)
             under = np.maximum(-gap, 0.0)
             change = part * slope + 0.5 * part**2 * stretch + nu * under.sum() + friction(at, normal)
-            return float(change) - before, np.where((under > 0.0)[:, None], foot - at, 0.0)
+            return float(change) - before, under > 0.0
 
         gap, normal, _ = road.closest(start)
         rubs = friction(start, normal)
         before = rubs + nu * float(np.maximum(-gap, 0.0).sum())
         rubbed = friction(start + move, road.closest(start + move)[1])
         promised = slope + 0.5 * stretch + rubbed - before
+        if self.planes.hills:
+            promised += 0.5 * float(np.einsum("ca,cab,cb->", move, self.planes.springs, move))
         noise = ROUNDING * (abs(slope) + abs(stretch) + before) + nu * self.planes.near
         if promised > noise:
             return here, 0.0
+        if self.planes.hills and longest >= 1.0:
+            return solution.displacement, 1.0
         part = min(longest, 1.0)
         for _ in range(HALVINGS):
             change, under = penalised(part)
             enough = ENOUGH * part * promised + noise
             if promised > -noise or change <= enough:
                 break
-            back = np.zeros_like(way)
-            back[nodes] = np.where(loop.uncoupled[nodes], 0.0, under)
-            at, left = start + part * move, work - loop.R[nodes] - (1.0 - part) * resisted[nodes]
-            change = part * slope + 0.5 * part**2 * stretch + friction(at + under, road.closest(at)[1])
-            change += float(np.vdot(left, back[nodes]) + 0.5 * np.vdot(back, self._times(back)))
+            at, left = start + part * move, -loop.R - (1.0 - part) * resisted
+            left[nodes] += work
+            back = self._back(at, under | (p > 0.0))
+            change = part * slope + 0.5 * part**2 * stretch
+            change += friction(at + back[nodes], road.closest(at)[1])
+            change += float(np.vdot(left, back) + 0.5 * np.vdot(back, self._times(back)))
             if change - before <= enough:
                 return here + part * way + back, part
             part *= 0.5
@@ -110,6 +119,21 @@ class Descent:
                 break
             part, change = 2.0 * part, farther
         return solution.displacement if part == 1.0 else here + part * way, part
+
+    def _back(self, at: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+        """The displacement (N, d) that puts nodes at (n, d) back on the road.
+
+        First as a rigid body, which brings those `wanted` (n,) there as it can; then those still below.
+        """
+        loop, road, back = self.loop, self.planes.road, np.zeros(self.loop.shape)
+        if self.rigid is not None and self.rigid.count:
+            gap, normal, _ = (values[wanted] for values in road.closest(at))
+            lift = np.einsum("ca,cam->cm", normal, self.rigid.at(self.rigid.nodes)[wanted])
+            back += (self.rigid.modes @ np.linalg.lstsq(lift, -gap, rcond=SEEN)[0]).reshape(back.shape)
+        gap, _, foot = road.closest(at + back[loop.nodes])
+        under = np.where((gap < 0.0)[:, None], foot - at, back[loop.nodes])
+        back[loop.nodes] = np.where(loop.uncoupled[loop.nodes], 0.0, under)
+        return back
 
     def _times(self, way: np.ndarray) -> np.ndarray:
         """What the body, its springs apart, resists a way (N, d)."""

@@ -30,6 +30,7 @@ from model.solvers.convergence_record import NotConverged, Record
 ITERATIONS = 200  # ten times what the worst of twelve scenes on round and wavy roads takes
 LOOSE = 0.1  # of the first residual is enough for cycles until the planes have settled: these leave as much
 SHORT = 0.1  # of the steps that the planes want: those of which less is good are bounded
+FALLS = 0.5  # of what forces turned: more is no step of Newton's method
 IDLE = 8.0  # times the tolerance: what springs may still pull
 
 
@@ -85,7 +86,7 @@ class SequentialProgramming:
         self.hold = ProximalSprings(posed.rigid, force / posed.size, points.shape)
         if begin.pressure.any():  # it rests, about: far from there it has no business
             self.hold.tighten()
-        self.descent = Descent(self.loop, self.planes, points)
+        self.descent = Descent(self.loop, self.planes, points, posed.rigid)
         turns = self.ranks.any(bool((self.planes.normal != self.planes.normal[:1]).any()))
         self._enough = LOOSE if turns else 0.0
         self._springs = np.zeros_like(self.planes.springs)
@@ -144,6 +145,7 @@ class SequentialProgramming:
         part, most = self._step(solution, pull)
         over = idle and self.u is solution.displacement and solution.residual <= posed.tolerance
         steady = np.inf if solution.history.size == 1 else 10 * posed.tolerance * scale
+        unsteady = planes.unsteady
         if planes.follow(
             posed.points + self.u[nodes],
             at_anchors(self.loop, self.status),
@@ -157,7 +159,7 @@ class SequentialProgramming:
             self.hold.tighten()
         elif part >= 1.0:
             self.hold.loosen()
-        if planes.hills and part == 0.0:
+        if planes.hills and (part == 0.0 or planes.unsteady > FALLS * unsteady):
             self._leave_hills()
         self._convex = max(self._convex - 1, 0)
         self._prepare()
@@ -189,7 +191,7 @@ class SequentialProgramming:
         self.guess[self.nodes[touches]] = (planes.foot - self.posed.points)[touches]
 
     def _leave_hills(self) -> None:
-        """Leave the hills out for some iterations, for longer each time: with them there was no way down."""
+        """Leave the hills out for some iterations, for longer each time: with them it went nowhere."""
         self._convex = self._patience = 2 * self._patience + 1
 
     def _norm(self, x: np.ndarray) -> float:
