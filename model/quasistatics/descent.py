@@ -7,10 +7,10 @@ A step goes to the solution on planes, or only a part of the way, so that
 falls: sequential quadratic programming of S. P. Han, J. Optim. Theory Appl. 22 (1977), with the penalty of
 M. J. D. Powell, Math. Program. 14 (1978), which follows the pressures. It asks no more than these of a node
 below the road, so that a hard body under a light load may go as far as its planes are true. In corners, and
-wherever the penalty stops good steps, nodes below the road are put on it: a second-order correction. A way
-that leads up is not gone. Where hills count in the stiffness, (1) need not fall before the next iteration has
-brought the nodes down to the road, so that whole steps are relaxed (the watchdog technique, R. M. Chamberlain
-et al., Math. Program. Study 16 (1982)).
+wherever the penalty stops good steps, nodes below the road are put on it: a second-order correction. Without
+friction a way that leads up is not gone. Where hills count in the stiffness, (1) need not fall before the
+next iteration has brought the nodes down to the road, so that whole steps are relaxed (the watchdog
+technique, R. M. Chamberlain et al., Math. Program. Study 16 (1982)).
 """
 
 import numpy as np
@@ -91,7 +91,7 @@ class Descent:
         if self.planes.hills:
             promised += 0.5 * float(np.einsum("ca,cab,cb->", move, self.planes.springs, move))
         noise = ROUNDING * (abs(slope) + abs(stretch) + before) + nu * self.planes.near
-        if promised > noise:
+        if promised > noise and loop.friction is None:
             return here, 0.0
         if self.planes.hills and longest >= 1.0:
             return solution.displacement, 1.0
