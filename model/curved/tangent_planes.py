@@ -199,10 +199,7 @@ class RoadPlanes:
             )
             normal[in_contact] += self._lean[in_contact]
         before, self._turn = self._turn, normal - self.normal
-        if turned is None:
-            self.softness = np.maximum(
-                self.softness * _rescaled(before, self._turn), SHALLOW / self._stiffest
-            )
+        self.softness = np.maximum(self.softness * _rescaled(before, self._turn), SHALLOW / self._stiffest)
         above = np.delete(self.gap, in_contact)
         off = max(np.abs(self.gap[in_contact]).max(initial=0.0), -above.min(initial=0.0))
         self.distances.append(self.ranks.max(off))

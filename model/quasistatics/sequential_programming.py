@@ -77,8 +77,8 @@ class SequentialProgramming:
             self.loop.prescribe(posed.load, begin.u)
         self.u, self.guess, self.status, points = begin.u, begin.u, begin.status, posed.points
         sticking = None if self.loop.friction is None else posed.sticking
-        at, soft = points + self.u[self.nodes], softness(self.loop)
-        self.planes = RoadPlanes(posed.road, at, sticking, soft, posed.size, ranks=self.ranks)
+        at, self._soft = points + self.u[self.nodes], softness(self.loop)
+        self.planes = RoadPlanes(posed.road, at, sticking, self._soft, posed.size, ranks=self.ranks)
         self.planes.bend(begin.pressure)
         anchor = self.planes.anchor
         self.places = anchor if posed.marks is None else posed.marks(anchor)
@@ -186,6 +186,7 @@ class SequentialProgramming:
         planes, off = self.planes, self.planes.distances[-1]
         if off <= planes.near or off >= 0.5 * min(planes.distances[-2:-1], default=np.inf):
             self._enough = 0.0
+        planes.softness = np.minimum(planes.softness, self._soft)  # from too deep no hollow is seen any more
         touches = np.flatnonzero(self.status)
         self.guess = self.u.copy()
         self.guess[self.nodes[touches]] = (planes.foot - self.posed.points)[touches]
