@@ -2,7 +2,8 @@
 
 A Newton step solves for what has been decided (free, slip, stick), the friction force of slipping nodes
 following their pressure and slip; a sweep of the node loop then decides again. Steps go on as long as the
-natural residual falls (with a watchdog, Chamberlain et al., Math. Program. Study 16 (1982)).
+natural residual falls (with a watchdog, Chamberlain et al., Math. Program. Study 16 (1982)); one that would
+raise it, as where friction turns to and fro, is shortened.
 
 Everything here is in the frames of the nodes: component 0 along the normal, the others along the tangents.
 `bound` is the address of the friction law, None without friction.
@@ -30,6 +31,7 @@ from model.solvers.convergence_record import ASTRAY
 from model.solvers.iterative_refinement import ROUNDING
 
 CHAIN = 5  # Newton steps that may pass before the residual must have halved
+TRIALS = 4  # parts of a step, each half of the last, of which one is taken
 QUICK = 0.1  # of the residual: after a Newton step that leaves no more a sweep must not raise it by rounding
 EDGES = 6  # of the polygon that stands for a friction disc
 
@@ -70,19 +72,17 @@ class Found(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def newton(arrays, contact, b, start, start_status, bound, slip_rate, tolerance, slight):
+def newton(arrays, contact, b, start, start_status, bound, slip_rate, tolerance, slight, chain=CHAIN):
     """Take Newton's steps from a displacement (k, d) and status (k,) as long as the residual falls."""
     u, status, R, pushed = start.copy(), start_status.copy(), np.empty_like(start), np.empty_like(start)
     place_all_on_surface(contact, u, status)
-    best, idle = residual_of(arrays, contact, b, u, status, R, pushed, bound, slip_rate), 0
-    trial, decided, force, mark = u.copy(), status.copy(), pushed.copy(), best
-    while idle < CHAIN and best > max(tolerance, rounding_of(arrays, b, u, force, 0.0)):
+    after = best = residual_of(arrays, contact, b, u, status, R, pushed, bound, slip_rate)
+    trial, decided, force, mark, idle = u.copy(), status.copy(), pushed.copy(), best, 0
+    while idle < chain and best > max(tolerance, rounding_of(arrays, b, u, force, 0.0)):
         step, driven = newton_step(arrays, contact, trial, decided, R, pushed, bound, slip_rate, slight)
         if driven:
             break
-        trial += step
-        place_all_on_surface(contact, trial, decided)
-        after = residual_of(arrays, contact, b, trial, decided, R, pushed, bound, slip_rate)
+        after = search(arrays, contact, b, trial, step, decided, R, pushed, bound, slip_rate, after)
         quick = after <= QUICK * best
         if after < best:
             u[:], status[:], force[:], best = trial, decided, pushed, after
@@ -92,11 +92,30 @@ def newton(arrays, contact, b, start, start_status, bound, slip_rate, tolerance,
             u[:], status[:], force[:], best = trial, decided, pushed, after
         elif quick:
             trial[:], decided[:] = u, status
-            residual_of(arrays, contact, b, trial, decided, R, pushed, bound, slip_rate)
+            after = residual_of(arrays, contact, b, trial, decided, R, pushed, bound, slip_rate)
         idle += 1
         if best < 0.5 * mark:
             mark, idle = best, 0
     return Found(u, status, force, best <= max(tolerance, rounding_of(arrays, b, u, force, slight)))
+
+
+@njit(cache=True, error_model="numpy")
+def search(arrays, contact, b, u, step, status, R, force, bound, slip_rate, before):
+    """Take a step, or the part of it that leaves less residual than before; else the part that leaves least.
+
+    Return the residual; R and force belong to it.
+    """
+    start, least, best = u.copy(), np.inf, 1.0
+    for trial in range(TRIALS + 1):
+        part = 0.5**trial if trial < TRIALS else best
+        u[:] = start + part * step
+        place_all_on_surface(contact, u, status)
+        after = residual_of(arrays, contact, b, u, status, R, force, bound, slip_rate)
+        if after < least:
+            least, best = after, part
+        if after < before:
+            break
+    return after
 
 
 @njit(cache=True, error_model="numpy")

@@ -6,12 +6,12 @@ Where Newton's steps fail from the first guess v, springs are added that hold th
 
 u is the next v, and softer springs follow: the proximal point method (R. T. Rockafellar, SIAM J. Control
 Optim. 14 (1976)), or the body in a fluid ever thinner. M takes in what the body resists least: its rigid
-modes, where it has any. Newton's steps solve (1) from the last point, or else a path of few changes does, or
-the springs fall less. A point at which other nodes meet the road is the last of its problem: with them it is
-the first of the next. The force of the springs goes to zero where there is an answer, and Newton's steps go
-on from there without, or a path where they fail; where the load moves the body for ever, it goes to what
-drives it. Large friction may hold the body all the same: that is tried last, by the path from all nodes
-pressed to the road.
+modes, where it has any. Newton's steps solve (1) from the last point, or else a path of few changes does from
+where they came nearest, or the springs fall less. A point at which other nodes meet the road is the last of
+its problem: with them it is the first of the next. The force of the springs goes to zero where there is an
+answer, and Newton's steps go on from there without, or a path where they fail; where the load moves the body
+for ever, it goes to what drives it. Large friction may hold the body all the same: that is tried last, by the
+path from all nodes pressed to the road.
 """
 
 from collections.abc import Callable
@@ -28,6 +28,7 @@ from model.solvers.path_following import follow_path
 from model.solvers.semismooth_newton import Condensed, Found, newton, residual_of, secants
 
 ENOUGH = 1e-4  # of what the last springs pulled: residual of a proximal point, a start for the next
+AFTER = 2  # Newton steps on from a point that may pass before the residual must have halved
 POINTS = 40  # at most
 FALL = 0.1  # of the springs from one proximal point to the next,
 SLOWEST = 0.7  # and where that is too quick its root, up to this
@@ -112,7 +113,7 @@ class SmallProblem:
         start : (n, d)
             Where all candidates go from u at first.
         spring : float
-            Stiffness of the first springs; 0 to try without, and then with a node's own.
+            Stiffness of springs that are too stiff; 0 to try without, and then from what the nodes feel.
         slip_rate : float
             What slip is multiplied by for the friction law.
         tolerance : float
@@ -234,7 +235,10 @@ def solved(
     Q = arrays.G if arrays.G.shape[1] else np.eye(b.size)
     M, size = Q @ Q.T, max(np.linalg.norm(b), slight) or 1.0
     fall, before, same, driven = FALL, size, np.inf, False
-    spring = (spring or np.abs(arrays.block).max() or np.abs(contact.block).max()) / FALL
+    own, far = np.abs(contact.block).max(), contact.gap.max()
+    # S of nodes of a rigid body is rounding: what keeps them within reach
+    least = size / far if size < own * far else own
+    spring = (spring or max(np.abs(arrays.block).max(), least)) / FALL
     for _ in range(POINTS):
         springs = spring * fall * M
         held = with_springs(arrays, springs)
@@ -242,7 +246,7 @@ def solved(
         enough = max(tolerance, ENOUGH * min(before / size, 1.0))
         point = newton(held, contact, pull, last.u, last.status, *law, enough, slight)
         if not point.converged:
-            point = by_path(held, contact, pull, last, False, point, law, enough, slight)
+            point = by_path(held, contact, pull, point, False, point, law, enough, slight)
         if not point.converged:
             fall = np.sqrt(fall)
             if fall > SLOWEST:
@@ -254,7 +258,7 @@ def solved(
             return End(last.u, last.status, force, spring=spring)
         pulls = spring * np.linalg.norm(M @ step.ravel())
         if pulls < 0.5 * before or pulls <= tolerance * size:
-            found = newton(arrays, contact, b, last.u, last.status, *law, tolerance, slight)
+            found = newton(arrays, contact, b, last.u, last.status, *law, tolerance, slight, AFTER)
             if found.converged:
                 return End(*found[:3])
             if pulls <= tolerance * size:
