@@ -9,6 +9,22 @@ from model.node_loop.status import Status
 
 
 @njit(cache=True)
+def advance(gap, normal, moved):
+    """Add to the gaps (n,) what a move (n, d) along the normals (n, d) does to them."""
+    for c in range(gap.size):
+        for a in range(normal.shape[1]):
+            gap[c] += normal[c, a] * moved[c, a]
+
+
+@njit(cache=True)
+def forget_rounding(gap, status, rounding):
+    """Put nodes that touch, and nodes that rounding has put below the road, at gap 0."""
+    for c in range(gap.size):
+        if (status[c] != Status.FREE or gap[c] < 0.0) and abs(gap[c]) < rounding:
+            gap[c] = 0.0
+
+
+@njit(cache=True)
 def confirm_contact(contact, e, force, law, status, gap):
     """Write the gaps (n,) after the increment e (N, d), exactly 0 in contact, never negative; count contacts.
 

@@ -85,9 +85,9 @@ class Newmark(TimeIntegrator):
         u0, v0, a0 = before.displacement, before.velocity, before.acceleration
         moved = dt * v0 + (dt**2 * (0.5 - beta)) * a0
         speed = v0 + (dt * (1.0 - gamma)) * a0
-        b = (1.0 - self.alpha_f) * body.missing_force((before.step + 1) * dt, u0 + moved, speed)
+        b = body.missing_force((before.step + 1) * dt, u0 + moved, speed)
         if self.alpha_f:
-            b += self.alpha_f * body.missing_force(before.step * dt, u0, v0)
+            b = (1.0 - self.alpha_f) * b + self.alpha_f * body.missing_force(before.step * dt, u0, v0)
         if self.alpha_m:
             b -= self.alpha_m * (self.M @ a0.ravel()).reshape(a0.shape)
         touch = self.touch(before, moved, b)

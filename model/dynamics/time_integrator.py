@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from checks import array, instance, is_tolerance, positive, refused, whole
-from model.dynamics.contact_update import confirm_contact, contact_work
+from model.dynamics.contact_update import advance, confirm_contact, contact_work, forget_rounding
 from model.dynamics.initial_acceleration import consistent_acceleration
 from model.dynamics.moving_body import MovingBody
 from model.node_loop.status import Status
@@ -388,7 +388,7 @@ class TimeIntegrator(ABC):
         """Find the increment from the guess `before.displacement + moved` for the missing force b (N, d)."""
         gap, normal = self.ground(before)
         there = moved[self.body.contact_nodes]
-        gap += np.einsum("ca,ca->c", normal, there)
+        advance(gap, normal, there)
         b = self.driven(before, moved, b, solver)
         touch = self.solvers[solver].solve(b, gap, normal, -there, before)
         self.posed = moved, b, touch
@@ -444,8 +444,7 @@ class TimeIntegrator(ABC):
     def ground(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Gap (n,) and normal (n, d) under the body; gaps of nodes that touch are 0, whatever rounding."""
         gap, normal = self.body.gaps(state.displacement, state.time)
-        touches = (state.status != Status.FREE) | (gap < 0.0)
-        gap[touches & (np.abs(gap) < self.rounding * self.body.size)] = 0.0
+        forget_rounding(gap, state.status, self.rounding * self.body.size)
         return gap, normal
 
     def after(
