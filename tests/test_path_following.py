@@ -165,7 +165,7 @@ def test_slips_without_a_unique_answer_raise_nothing():
     """A node that nothing resists along the road, in a motion that is not known to be rigid."""
     S, one, mu = np.diag([1.0, 0.0]), np.zeros(1, dtype=np.int64), coulomb(1.0)
     none = np.zeros((2, 0))
-    small = SmallProblem(np.eye(2), none, np.zeros((0, 0)), None, 2, mu, np.zeros(1, dtype=np.int64))
+    small = SmallProblem(np.eye(2), none, np.zeros((0, 0)), None, 2, mu, np.zeros(2, dtype=np.int64))
     frame, gap, state = np.eye(2)[None], np.zeros(1), mu.nodes(np.ones(1))
     contact = Candidates(one, one, frame, small.arrays.block, gap, np.zeros((1, 1)), state)
     for way in (-1.0, 1.0):

@@ -63,7 +63,9 @@ class Solution:
     sweeps, cycles : int
         Sweeps of the loop over the whole mesh; corrections made (multigrid: V-cycles).
     steps : int
-        Steps of Newton and changes along paths in the small dense problem; 0 where there was none.
+        Steps of Newton and changes along paths in small dense problems; 0 where there was none.
+    most_steps : int
+        Of them, the most in one small problem.
     work_units : float
         Measured time, set-up included in the first solve, in sweeps of the finest mesh.
     seconds, setup_seconds : float
@@ -109,6 +111,7 @@ class Solution:
     state: np.ndarray | None = None
     unique: bool = True
     steps: int = 0
+    most_steps: int = 0
 
     def next_start(self) -> dict[str, Any]:
         """Return what the next step of a path takes over: first guess, statuses, and who slipped."""
@@ -148,7 +151,7 @@ class Relaxation:
     name = "none"
 
     def __init__(self, loop: NodeLoop):
-        self.loop, self.steps = loop, np.zeros(1, dtype=np.int64)
+        self.loop, self.steps = loop, np.zeros(2, dtype=np.int64)
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Sweep until the natural residual, tested at most every hundred sweeps, is below the tolerance."""
@@ -312,6 +315,7 @@ class ContactSolver:
         is_tolerance(tolerance)
         positive(limit=limit, slip_rate=slip_rate)
         loop, first, steps = self.loop, self.loop.sweeps, int(self.correction.steps[0])
+        self.correction.steps[1] = 0
         loop.slip_rate = slip_rate
         u, start_status, posed = self._checked(
             start, start_status, b, gap, tangential_reference, slipped, normal is None
@@ -348,6 +352,7 @@ class ContactSolver:
             sweeps=loop.sweeps - first,
             cycles=record.cycles,
             steps=int(self.correction.steps[0]) - steps,
+            most_steps=int(self.correction.steps[1]),
             work_units=spent / (loop.seconds_of_passes / loop.passes),
             seconds=seconds,
             setup_seconds=setup,

@@ -47,7 +47,7 @@ class Condensed(NamedTuple):
     nodes : (k,) 0, 1, 2, ...
     frame : (k, s, s) unit matrices: the problem is in the nodes' frames already
     block, inverse : (k, s, s) diagonal blocks of S, and their inverses
-    steps : (1,) steps of Newton and changes along paths so far
+    steps : (2,) steps of Newton and changes along paths so far; the most in one small problem
     """
 
     S: np.ndarray

@@ -53,8 +53,8 @@ class SmallProblem:
     sides : int
         s.
     friction : FrictionLaw or None
-    steps : (1,) int
-        Counts steps of Newton and changes along paths.
+    steps : (2,) int
+        Counts steps of Newton and changes along paths: all, and the most in one solve.
 
     Attributes
     ----------
@@ -170,7 +170,9 @@ class SmallProblem:
         def met(u: np.ndarray, force: np.ndarray) -> bool:
             return meets(*outcome(u, force))
 
+        before = arrays.steps[0]
         end = solved(arrays, contact, b, decided, law, tolerance, slight, spring, met)
+        arrays.steps[1] = max(arrays.steps[1], arrays.steps[0] - before)
         status[active], self.driven, self.spring = end.status, end.driven, end.spring
         return outcome(end.u, end.force)
 

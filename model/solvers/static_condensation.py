@@ -67,15 +67,15 @@ class Condensation:
     ----------
     batches : list of (m,) arrays
         Candidates whose columns of A_g^-1 have been computed, in the order in which they came.
-    steps : (1,)
-        Steps of Newton and changes along paths so far.
+    steps : (2,)
+        Steps of Newton and changes along paths so far; the most in one small problem.
     """
 
     name = "direct"
 
     def __init__(self, A: bsr_array, loop: NodeLoop, rigid: RigidModes):
         self.loop, self.rigid, self._nothing = loop, rigid, np.zeros(0)
-        self.steps = np.zeros(1, dtype=np.int64)
+        self.steps = np.zeros(2, dtype=np.int64)
         N, d = loop.shape
         n = loop.nodes.size
         self._pin(A)

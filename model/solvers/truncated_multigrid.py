@@ -284,7 +284,7 @@ class Multigrid:
     @property
     def steps(self) -> Any:
         """Steps (1,) of Newton and of pivoting in the condensed problem so far."""
-        return np.zeros(1, dtype=np.int64) if self._condensed is None else self._condensed.steps
+        return np.zeros(2, dtype=np.int64) if self._condensed is None else self._condensed.steps
 
     def solve(self, u: np.ndarray, status: np.ndarray, record: Record) -> None:
         """Solve the problem that the loop holds, from an admissible u (N, d) and status (n,), in place.

@@ -58,8 +58,8 @@ class Outcome:
         Coefficient, 0 without friction.
     curved : bool
     kind, correction : str
-    cycles, steps : int
-        Corrections, and steps of the small problem, of the last solve.
+    cycles, steps, most_steps : int
+        Corrections of the last solve, its steps in small problems, and the most in one of them.
     unknowns, contacts : int
     seconds : float
         Of the solver.
@@ -75,6 +75,7 @@ class Outcome:
     correction: str
     cycles: int = 0
     steps: int = 0
+    most_steps: int = 0
     unknowns: int = 0
     contacts: int = 0
     seconds: float = 0.0
@@ -103,6 +104,7 @@ def tried(scene: Scene) -> dict[str, Any]:
             last = way(scene, pairs)
         outcome.seconds = time.perf_counter() - began
         outcome.cycles, outcome.steps = int(last.cycles), int(getattr(last, "steps", 0))
+        outcome.most_steps = int(getattr(last, "most_steps", 0))
         outcome.contacts = int(np.count_nonzero(last.status))
         for number, (posed, answer) in enumerate(pairs, start=1):
             wrong = posed.off_road + complaints(posed, answer)
