@@ -163,7 +163,8 @@ class SequentialProgramming:
             self._leave_hills()
         self._convex = max(self._convex - 1, 0)
         self._prepare()
-        planes.bend(solution.pressure_force, hills=part >= 1.0 and not changed and not self._convex)
+        newton = self.loop.friction is None and part >= 1.0 and not (changed or self._convex)
+        planes.bend(solution.pressure_force, hills=newton)
         return False
 
     def _step(self, solution: Solution, pull: np.ndarray) -> tuple[float, float]:
@@ -186,7 +187,8 @@ class SequentialProgramming:
         planes, off = self.planes, self.planes.distances[-1]
         if off <= planes.near or off >= 0.5 * min(planes.distances[-2:-1], default=np.inf):
             self._enough = 0.0
-        planes.softness = np.minimum(planes.softness, self._soft)  # from too deep no hollow is seen any more
+        if self.loop.friction is None:  # from too deep no hollow is seen any more
+            planes.softness = np.minimum(planes.softness, self._soft)
         touches = np.flatnonzero(self.status)
         self.guess = self.u.copy()
         self.guess[self.nodes[touches]] = (planes.foot - self.posed.points)[touches]
