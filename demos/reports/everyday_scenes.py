@@ -98,7 +98,9 @@ def report() -> None:
         ("most_steps", "steps in a small problem", f"{steps} in the longest small problem"),
         ("cycles", "cycles", "corrections"),
     ):
-        counts = np.array([one.get(key, 0) for one in flat])
+        counts = np.array([one[key] for one in flat if key in one])
+        if not counts.size:  # outcomes of an earlier run that did not count these
+            continue
         scene.result(f"median {name}", float(np.median(counts)), "1", None, f"{words} of a flat static scene")
         most = (30.0, None, "at most") if key != "cycles" else ()
         scene.result(f"most {name}", float(counts.max()), "1", *most)
