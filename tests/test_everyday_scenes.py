@@ -5,7 +5,7 @@ from random import SystemRandom
 
 import numpy as np
 import pytest
-from everyday.existence import has_no_equilibrium
+from everyday.existence import has_equilibrium
 from everyday.judge import Answer, Posed, complaints, driven_power
 from everyday.rest import slides_on
 from everyday.run import outcomes
@@ -74,18 +74,18 @@ def test_the_judge_finds_the_motion_that_nothing_stops(tilt, mu):
     assert (driven_power(posed) > 1e-7) == (slides or tips)
 
 
-@pytest.mark.parametrize("number", [163, 2429, 2864, 3044, 9429, 7000665, 7001554])
+@pytest.mark.parametrize("number", [163, 2429, 2864, 8598, 9429, 20358, 7001554])
 def test_the_judge_proves_that_friction_holds_a_body_nowhere(number):
     # rigid motions alone do not tell: forces would balance if nodes touched that never do so together,
     # if slips had other directions, or if the body were pressed tighter than its strain allows
     posed = _next(drawn(number), [])
     assert driven_power(posed) < 1e-7
-    assert has_no_equilibrium(posed)
+    assert has_equilibrium(posed) is False
 
 
 @pytest.mark.parametrize("number", [362, 748, 1533, 2010, 4000697])
 def test_the_judge_proves_nothing_of_bodies_that_rest(number):
-    assert not has_no_equilibrium(_posed(drawn(number)), programmes=200)
+    assert has_equilibrium(_posed(drawn(number)), programmes=200) is not False
 
 
 @pytest.mark.parametrize("turned", [-1.05, -0.95, 0.5, 0.95, 1.05])
@@ -99,7 +99,7 @@ def test_a_stool_is_turned_if_and_only_if_the_moment_is_more_than_friction_has(t
     load[:3] = turned * mu * P / 3 * np.cross([0.0, 0.0, 1.0], feet)
     up = np.tile([0.0, 0.0, 1.0], (3, 1))
     posed = Posed(truss(x), load, x, np.arange(3), up, np.full(3, gap), mu, np.zeros((3, 3)))
-    assert has_no_equilibrium(posed) == (abs(turned) > 1.0)
+    assert has_equilibrium(posed) == (abs(turned) < 1.0)
 
 
 @pytest.mark.parametrize("tilt", [0.1, 0.4])
@@ -110,7 +110,7 @@ def test_a_rigid_block_in_a_fluid_slides_on_where_the_slope_is_steeper_than_fric
     up = np.tile([0.0, 1.0], (2, 1))
     posed = Posed(truss(x), weight, x, np.array([0, 1]), up, np.full(2, 0.1), mu, np.zeros((2, 2)))
     assert slides_on(posed) == (np.tan(tilt) > mu)
-    assert has_no_equilibrium(posed) == (np.tan(tilt) > mu)
+    assert has_equilibrium(posed) == (np.tan(tilt) <= mu)
 
 
 def truss(x: np.ndarray) -> csr_array:

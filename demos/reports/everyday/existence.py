@@ -11,9 +11,10 @@ programme has more, the tangent plane there joins all further programmes.
 A programme that has no solution rules out its case; if all are ruled out, there is no equilibrium. Else the
 case is divided at the node that is farthest from its law, until one obeys all laws, and there may well be one.
 
-A search is about the nodes that touch near one place of the rigid body. Rows of the programmes are divided by
-their largest entries and relaxed by `ROOM`, a hundred times what the solver (HiGHS) lets pass: rounding rules out
-nothing.
+A search is about nodes that may touch together near one place of the rigid body; all places are searched where
+strain displaces no candidate by more than `GIVES` times what the load does by itself. Rows of the programmes are
+divided by their largest entries and relaxed by `ROOM`, a hundred times what the solver (HiGHS) lets pass: rounding
+rules out nothing.
 """
 
 from dataclasses import dataclass
@@ -64,21 +65,28 @@ def _changed(values: tuple, c: int, value: Any) -> tuple:
     return (*values[:c], value, *values[c + 1 :])
 
 
-def has_no_equilibrium(posed: Posed, programmes: int = PROGRAMMES) -> bool:
-    """Tell whether so many programmes prove that a body with free motions has no equilibrium under its load."""
+def has_equilibrium(posed: Posed, programmes: int = PROGRAMMES) -> bool | None:
+    """Tell whether a body with free motions has an equilibrium under its load; None if that is not decided.
+
+    `False` is a proof; `True` within `OBEYED`.
+    """
     fixed = posed.prescribed.reshape(posed.b.shape)
     if fixed[posed.nodes].any() or not free_motions(posed).shape[1] or not posed.b[~fixed].any():
-        return False
+        return None
+    places = resting_places(posed)
+    if places is None:
+        return None
     condensed = Condensed.of(posed)
     try:
-        for near, motion in resting_places(posed):
-            search = Search(condensed.at(near, motion), posed.mu)
-            if not search.rules_out_all(programmes):
-                return False
+        for near, motion in places:
+            search = Search(condensed.after(motion), near, posed.mu)
+            found = search.run(programmes)
+            if found is not False:
+                return found
             programmes -= search.programmes
     except ArithmeticError:
-        return False
-    return True
+        return None
+    return False
 
 
 class Condensed(NamedTuple):
@@ -128,11 +136,10 @@ class Condensed(NamedTuple):
         W = (at @ soft @ at.T * force).reshape(n, d, n, d)
         return cls(W, R, start, V @ (Z.T @ b) / force, posed.nodes, frame)
 
-    def at(self, near: np.ndarray, motion: np.ndarray) -> "Condensed":
-        """Some of the nodes, after a rigid motion (N d,)."""
-        nodes, frame, d = self.nodes[near], self.frame[near], self.start.shape[1]
-        start = self.start[near] + np.einsum("cta,ca->ct", frame, motion.reshape(-1, d)[nodes])
-        return Condensed(self.W[near][:, :, near], self.R[near], start, self.load, nodes, frame)
+    def after(self, motion: np.ndarray) -> "Condensed":
+        """The nodes after a rigid motion (N d,)."""
+        moved = motion.reshape(-1, self.start.shape[1])[self.nodes]
+        return self._replace(start=self.start + np.einsum("cta,ca->ct", self.frame, moved))
 
 
 class Search:
@@ -143,28 +150,31 @@ class Search:
     Parameters
     ----------
     body : Condensed
-        With these nodes.
+    near : (n,) int
+        The nodes that may touch; the others stay above the road.
     mu : float
     """
 
-    def __init__(self, body: Condensed, mu: float):
-        n, d, m = body.R.shape
+    def __init__(self, body: Condensed, near: np.ndarray, mu: float):
+        (k, d, m), n = body.R.shape, len(near)
+        others = np.setdiff1d(np.arange(k), near)
         size = float(np.abs(body.W).max())
-        self.n, self.d, self.mu, self.start = n, d, mu, body.start / size
+        self.n, self.d, self.mu, self.start = n, d, mu, body.start[near] / size
         slips = max(1.0, float(np.abs(self.start).max()))
         across = body.R[:, 0].any(axis=0)
         unit = np.maximum(np.abs(body.R).max(axis=(0, 1)), 1e-300)
         unit /= np.where(across & (slips < RIGID), 1.0, slips)
-        self.load, R = body.load / unit, (body.R / unit).reshape(n * d, m)
-        self.balance = np.hstack([R.T, np.zeros((m, m))])
-        self.rows = np.hstack([body.W.reshape(n * d, n * d) / size, R]).reshape(n, d, -1)
+        self.load, R = body.load / unit, body.R / unit
+        self.balance = np.hstack([R[near].reshape(n * d, m).T, np.zeros((m, m))])
+        rows = np.concatenate([body.W[:, :, near].reshape(k, d, n * d) / size, R], axis=2)
+        self.rows, self.others = rows[near], (rows[others, 0], body.start[others, 0] / size)
         angles = 2 * np.pi * np.arange(SIDES) / SIDES
         self.polygon = _ways(angles, d) if d == 3 else np.array([[1.0], [-1.0]])
         self.planes: list[tuple[np.ndarray, float]] = []
         self.programmes = 0
 
-    def rules_out_all(self, programmes: int = PROGRAMMES) -> bool:
-        """Tell whether so many programmes rule out all cases."""
+    def run(self, programmes: int = PROGRAMMES) -> bool | None:
+        """Tell whether there is an equilibrium; None if so many programmes do not tell."""
         cases = [Case((None,) * self.n, (None,) * self.n)]
         while cases:
             case = cases.pop()
@@ -173,13 +183,13 @@ class Search:
                 continue
             off = self._off(case, x)
             c, by_slip = (int(at) for at in np.unravel_index(np.argmax(off), off.shape))
+            if off[c, by_slip] <= OBEYED:
+                return True
             arc = case.slip[c] if by_slip else None
-            if off[c, by_slip] <= OBEYED or self.programmes >= programmes:
-                return False
-            if arc is not None and arc[1] - arc[0] < THIN:
-                return False
+            if self.programmes >= programmes or (arc is not None and arc[1] - arc[0] < THIN):
+                return None
             cases += case.divided(c, bool(by_slip), self.d)
-        return True
+        return False
 
     def _solution(self, case: Case) -> np.ndarray | None:
         """Return the forces and amplitudes of a case, or None where it has none."""
@@ -226,6 +236,8 @@ class Search:
             rows = np.zeros((len(law), size))
             rows[:, force] = law
             add(rows, 0.0, np.inf)
+        rows, gaps = self.others
+        add(rows, -gaps, np.inf)
         if self.planes:
             add(np.array([plane for plane, _ in self.planes]), -np.inf, [most for _, most in self.planes])
         A, end = np.concatenate(blocks), np.concatenate(ends)

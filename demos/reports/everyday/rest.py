@@ -1,8 +1,7 @@
-"""Where the rigid body can come to rest on a plane road, and whether it would ever stop.
+"""Where a body can come to rest on a plane road, and whether it would ever stop.
 
-In the linear model the gaps of a rigid body are linear in its motions, so that its places are a polyhedron, and
-nodes that touch together do so at one of its corners as well. Nodes within what an elastic body may give way
-count as touching.
+In the linear model the gaps of a rigid body are linear in its motions, so that its places are a polyhedron. Strain
+moves the nodes a little from there: by up to `GIVES` times what it does where inertia alone balances the load.
 
 `slides_on` is an opinion, and no proof: the rigid body in a fluid, let go under Coulomb's law.
 """
@@ -25,14 +24,22 @@ from .judge import (
     free_motions,
 )
 
-GIVES = 10.0  # times the displacement by the load alone: gaps of nodes that may touch
+GIVES = 10.0  # times the displacement by the load alone: by strain, along normals
+MANY = 5000  # places of a body that bends so much that it is not looked at
 ROOM = 1e-7  # of the size, and of the way there: rounding of a gap
 PARALLEL = 1e-12  # determinant of motions of unit size in which nodes touch that never do so together
 ROUNDS, SETTLED = 100, 1e-6  # of friction's bounds, and their change, of the load, that is none
 
 
-def resting_places(posed: Posed) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return which candidates touch (k,), and the rigid motion (N d,), at corners of the rigid body's places."""
+def resting_places(posed: Posed) -> list[tuple[np.ndarray, np.ndarray]] | None:
+    """Return which candidates may touch together (k,), and a rigid motion (N d,) near which they do; None if many.
+
+    Strain may displace a candidate by D along its normal. The gaps g + a q that the rigid motion q alone would
+    leave are then from -D to D where nodes touch, and not below -D elsewhere; q may be moved until as many nodes
+    as determine it are between -D and D. Of these nodes some B have the largest determinant: the rows a of the
+    others are sums of theirs with weights w between -1 and 1. Where the gaps of B are made 0, those of the others
+    are up to D (1 + sum |w|), and no gap is less than the opposite. All such B are tried.
+    """
     Z, size = free_motions(posed), float(np.ptp(posed.coordinates, axis=0).max())
     across = np.einsum("ca,cam->cm", posed.normal, Z.reshape(*posed.b.shape, -1)[posed.nodes])
     U, s, V = np.linalg.svd(across, full_matrices=False)
@@ -47,13 +54,20 @@ def resting_places(posed: Posed) -> list[tuple[np.ndarray, np.ndarray]]:
         meet = np.array([(first, *rest) for rest in others], dtype=int).reshape(-1, a.shape[1])
         meet = meet[np.abs(np.linalg.det(a[meet])) > PARALLEL]
         q = np.linalg.solve(a[meet], -posed.gap[meet][..., None])[..., 0]
-        gaps = posed.gap + q @ a.T
+        gaps, parts = posed.gap + q @ a.T, np.abs(a @ np.linalg.inv(a[meet]))
         room = ROOM * (size + np.abs(q).max(axis=1, initial=0.0))[:, None]
-        corner = (gaps >= -room).all(axis=1)
-        for touching, at in zip((gaps <= near + room)[corner], q[corner]):
-            found[tuple(np.flatnonzero(touching))] = at
-    most = [some for some in found if not any(set(some) < set(others) for others in found)]
-    return [(np.array(some), motion @ found[some]) for some in most]
+        change = near * (1.0 + parts.sum(axis=2)) + room
+        above = (gaps >= -change).all(axis=1)
+        touching = (gaps <= change) & (parts.max(axis=2) <= 1.0 + ROOM)
+        for some, at in zip(touching[above], q[above]):
+            found[some.tobytes()] = some, at
+    if len(found) > MANY:
+        return None
+    sets = np.array([some for some, _ in found.values()]).reshape(-1, n).astype(float)
+    count = sets.sum(axis=1)
+    within = (sets @ sets.T == count[:, None]) & (count[:, None] < count)
+    most = [place for place, more in zip(found.values(), within.any(axis=1)) if not more]
+    return [(np.flatnonzero(some), motion @ at) for some, at in most]
 
 
 def _gives_way(posed: Posed, Z: np.ndarray) -> float:

@@ -12,7 +12,7 @@ from model import ContactSolver, MovingBody, NotConverged, follow, solve
 from model.dynamics.schemes import IMPLICIT
 from model.quasistatics.curved_contact import CurvedContact
 
-from .existence import has_no_equilibrium
+from .existence import has_equilibrium
 from .judge import (
     DRIVEN,
     EPS,
@@ -112,7 +112,8 @@ def tried(scene: Scene) -> dict[str, Any]:
                 outcome.outcome, outcome.said = "wrong", f"step {number}: " + "; ".join(wrong)
                 break
     except NotConverged as error:
-        outcome.outcome, outcome.said = _without_answer(scene, pairs), str(error)
+        outcome.outcome, said = _without_answer(scene, pairs)
+        outcome.said = str(error) + said
     except ValueError as error:
         confirmed = _power(scene) > EDGE * DRIVEN or (scene.curved and _never_rests(scene))
         confirmed = confirmed or prescribed_below(_posed(scene), scene.road, scene.pressed.points)
@@ -124,16 +125,19 @@ def tried(scene: Scene) -> dict[str, Any]:
     return asdict(outcome)
 
 
-def _without_answer(scene: Scene, pairs: list) -> str:
-    """Say what the judge thinks of a scene that was solved up to some steps."""
+def _without_answer(scene: Scene, pairs: list) -> tuple[str, str]:
+    """Say what the judge thinks of a scene that was solved up to some steps, and what else it found."""
     if _power(scene) > DRIVEN or _never_rests(scene):
-        return "refused, confirmed"
+        return "refused, confirmed", ""
     if not scene.curved and scene.words["kind"] != "time step":  # in which inertia balances any load
-        if has_no_equilibrium(_next(scene, pairs)):
-            return "none exists, proved"
+        exists = has_equilibrium(_next(scene, pairs))
+        if exists:
+            return "not converged", " The judge finds an equilibrium."
+        if exists is False:
+            return "none exists, proved", ""
         if slides_on(_posed(scene)):
-            return "endless, seen twice"
-    return "not converged"
+            return "endless, seen twice", ""
+    return "not converged", ""
 
 
 def _next(scene: Scene, pairs: list) -> Posed:
