@@ -103,6 +103,8 @@ def test_a_ring_on_a_round_hill_is_told_that_it_leaves():
 ONCE_FAILED = (56, 88, 121, 147, 260, 266, 309, 494, 744, 1246, 1341, 2142, 2176, 2635, 2841, 3865, 5236)
 # with friction: nodes guided by supports, slip that friction has to oppose, a leap; far motions that cancel
 ONCE_FAILED += (1599, 2440, 4941, 900, 1823)
+# from where the body was put, where it does not converge from where it would rest if it were rigid
+ONCE_FAILED += (35204, 35463)
 
 
 @pytest.mark.parametrize("number", ONCE_FAILED)

@@ -116,6 +116,7 @@ class CurvedContact:
             self.solver, self.rigid, self.points, self.size, road, sticking, load, tolerance, marks, options
         )
         gone: CarriedOff | None = None
+        lost: NotConverged | None = None
         for begin in self._beginnings(road, road.closest(sticking)[2], u, load, status):
             if isinstance(begin, CarriedOff):
                 gone = gone or begin
@@ -124,16 +125,16 @@ class CurvedContact:
                 return self._settle(posed, begin)
             except CarriedOff as error:
                 gone = gone or error
-            except NotConverged:
-                if gone is None:
-                    raise
-        assert gone is not None
-        raise gone
+            except NotConverged as error:
+                lost = lost or error
+        failed = gone or lost
+        assert failed is not None
+        raise failed
 
     def _beginnings(
         self, road: Any, anchor: np.ndarray, u: np.ndarray, load: np.ndarray, status: np.ndarray
     ) -> Iterator[Beginning | CarriedOff]:
-        """Where to begin, one after the other as long as the load carries the body off.
+        """Where to begin, one after the other as long as the load carries the body off or nothing converges.
 
         From where it is on the road; from where it would rest if it were rigid; and from where it was put,
         for one that is soft may yield and rest where it would else fall. A body that would rest if it were
