@@ -24,6 +24,7 @@ DRIVEN = 1e-7  # power of a unit of load in a rigid motion of unit size, beyond 
 NOT_MOVED = 1e-6  # of the load: motions below it are what the conic solver leaves of none
 FINEST = 1e-5  # of a step: nodes on whose holding a body is said to rest are as near to the road
 LANDINGS = 100  # nodes that may arrive one after the other
+PEAK = 1e-4  # of the size: from so far aside a corner of the road is seen to have another normal
 DEEP = 0.1  # of a step: a node so far below the road shows that the step was too long for its planes
 ROAD_STEPS, FAR = 1000, 100.0  # of a body let go on a road: at most, and sizes that are far
 CLOSE = 1e3  # elastic displacements within which a node may touch
@@ -336,7 +337,8 @@ def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
 
     Likewise, in steps that are short enough for the planes to be true: nodes on the road within their friction
     cones, or, where they have left the point they stuck to, with friction against the way from there; the others
-    above their planes.
+    above their planes. At a peak of the road a node may pass on either side, so that a body rests there only if it
+    does by the planes of each.
     """
     Z, d = free_motions(posed), posed.b.shape[1]
     m, strength = Z.shape[1], float(np.linalg.norm(posed.b))
@@ -368,9 +370,14 @@ def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
         rows = csr_array(np.concatenate(held))
         _, drive, found = _minimum(csc_array(np.eye(m)), -load, rows, np.zeros(rows.shape[0]), cones)
         if not found or np.linalg.norm(drive) < NOT_MOVED:
-            if not found or touching < FINEST:
+            if found and touching >= FINEST:
+                touching /= 10.0
+                continue
+            if not found or posed.mu > 0.0:
                 return False
-            touching /= 10.0
+            normal = _past_peaks(road, points + at @ q, normal, near, at, load, size)
+            if normal is None:
+                return False
             continue
         way = step * drive / np.abs(at @ drive).max()
         unit = float(np.linalg.norm(way))
@@ -387,6 +394,35 @@ def leaves(posed: Posed, road: Any, points: np.ndarray) -> bool:
         if net > FAR * (size + first):
             return True
     return False
+
+
+def _past_peaks(
+    road: Any,
+    x: np.ndarray,
+    normal: np.ndarray,
+    near: np.ndarray,
+    at: np.ndarray,
+    load: np.ndarray,
+    size: float,
+) -> np.ndarray | None:
+    """Return normals (n, d) of other sides of the peaks that nodes at x (n, d) are on, which leave a way to go.
+
+    Without friction; `near` (n,) are on the road, `at` (n, d, m) their motions, and `load` (m,) drives them.
+    """
+    little, d = PEAK * size, x.shape[1]
+    for way in (*np.eye(d), *-np.eye(d)):
+        side = normal.copy()
+        side[near] = road.closest(x[near] + little * way)[1]
+        above = road.closest(x + little * side)[2]
+        peak = near & (np.linalg.norm(above - x, axis=1) < 0.1 * little)
+        peak &= np.linalg.norm(side - normal, axis=1) > 0.1
+        side[~peak] = normal[~peak]
+        rows = csr_array(-np.einsum("ca,cam->cm", side, at)[near])
+        cones = [clarabel.NonnegativeConeT(rows.shape[0])]
+        _, drive, found = _minimum(csc_array(np.eye(load.size)), -load, rows, np.zeros(rows.shape[0]), cones)
+        if peak.any() and found and np.linalg.norm(drive) >= NOT_MOVED:
+            return side
+    return None
 
 
 def gives_way(posed: Posed, road: Any, points: np.ndarray) -> bool:
