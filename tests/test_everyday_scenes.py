@@ -6,12 +6,16 @@ from random import SystemRandom
 import numpy as np
 import pytest
 from everyday.existence import has_equilibrium
-from everyday.judge import Answer, Posed, complaints, driven_power
+from everyday.judge import Answer, Posed, complaints, driven_power, leaves
 from everyday.rest import slides_on
 from everyday.run import outcomes
 from everyday.scenes import drawn
 from everyday.trial import _next, _posed, tried
 from scipy.sparse import csr_array
+
+from forms import Elasticity, Isotropic, Support
+from geometry import Body, LinearRoad, ShiftedRoad, rectangle
+from model import BodyOnRoad
 
 
 def column(load, mu, gap=0.0):
@@ -201,3 +205,24 @@ def test_scenes_drawn_anew_each_run(share):
     bad = [one for one in found if one["outcome"] in ("wrong", "refused wrongly", "not converged")]
     if bad:  # wanted: none without friction, 1 in 2,000 with
         pytest.xfail("\n".join(f"{one['outcome']}: {one['scene']}: {one['said']}" for one in bad))
+
+
+@pytest.mark.parametrize(("height", "away"), [(0.0, True), (-0.5, False)])
+def test_the_judge_sees_a_block_pass_the_edge_of_a_step_and_stop_before_it(height, away):
+    """Its bottom is level with the upper side, or with the lower; the load is down and to the right."""
+    step = LinearRoad(np.array([-30.0, 0.45, 0.46, 300.0]), np.array([-0.5, -0.5, 0.0, 0.0]))
+    elasticity = Elasticity(Body.from_grid(rectangle(1.0, 1.0, 4, 4)), Isotropic(E=1e3, nu=0.3))
+    system = elasticity.system(elasticity.total_force("top", (0.2, -1.0)), Support(elasticity.body))
+    pressed = BodyOnRoad(system, "bottom", ShiftedRoad(step, (0.0 if away else 1.0, -height)))
+    problem = pressed.problem
+    posed = Posed(
+        problem.A,
+        problem.b,
+        problem.coordinates,
+        problem.contact_nodes,
+        problem.normal,
+        problem.gap,
+        0.0,
+        np.zeros_like(problem.normal),
+    )
+    assert leaves(posed, pressed.road, pressed.points) == away
