@@ -175,3 +175,11 @@ def test_slips_without_a_unique_answer_raise_nothing():
             small.arrays._replace(S=S), contact, u, status, R, force, small._bound, 1.0, 0.0
         )
         assert np.isfinite(step).all() and not driven
+
+
+@pytest.mark.parametrize("number", [3141, 6252, 8295, 8463])
+def test_soft_bodies_on_one_node_that_next_to_nothing_turns(number):
+    """Rounding turns them; what it would take at free nodes to stop that bends them far."""
+    outcome = tried(drawn(number))
+    assert outcome["outcome"] == "solved", outcome["said"]
+    assert outcome["cycles"] <= 4

@@ -25,7 +25,7 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import bsr_array, csc_array, diags_array
 
-from model.node_loop.contact_sweep import FREE, place_all_on_surface
+from model.node_loop.contact_sweep import FREE, SLIP, place_all_on_surface
 from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import (
     SEEN,
@@ -43,6 +43,7 @@ from model.solvers.small_problem import SmallProblem, Whole
 WEAK = 1e-5
 HARD = 1e4  # times the softest unknown; it costs as many digits as it has
 SLIGHT = 1e-12  # of the load: sums of forces over all nodes are rounded to less
+FIRST = 0.1  # of the tolerance is asked of the small problem at first; a drive by less moves nothing
 IDLE = 8  # cycles without progress that are enough: each is exact but for rounding,
 FALL = 0.5  # so that one which does not halve the residual is none
 DRIVEN = 3  # cycles whose small problem finds a motion without end: the second may still stop it
@@ -191,8 +192,8 @@ class Condensation:
             apart = status == FREE
             loop.R[loop.nodes[apart]] -= loop.force[apart]
             loop.force[apart] = 0.0
-            part = 0.1 ** min(1 + record.cycles - before, 4)
-            self.improve(u, status, loop.R, part * record.tolerance, loop.force)
+            part = FIRST ** min(1 + record.cycles - before, 4)
+            self.improve(u, status, loop.R, part * record.tolerance, loop.force, FIRST * record.tolerance)
             record.cycles += 1
 
     def improve(
@@ -202,6 +203,7 @@ class Condensation:
         r: np.ndarray,
         tolerance: float,
         known: np.ndarray | None = None,
+        slight: float = SLIGHT,
     ) -> None:
         """Bring u (N, d) and status (n,) to the solution, up to rounding.
 
@@ -215,6 +217,8 @@ class Condensation:
             Natural residual of the small problem.
         known : (n, d), optional
             Forces on the candidates that touch; default zero.
+        slight : float
+            Of the load: what may drive a rigid mode without moving it.
         """
         self._take_springs()
         loop, contact, self._driven = self.loop, self.loop.contact, False
@@ -233,7 +237,7 @@ class Condensation:
         touches = (status != FREE) | ((gap < 0.0) & (after < 0.0))
         selected |= touches
         tiny, size = 1e-14 * gap.max(initial=0.0), loop.load_size + float(np.linalg.norm(known))
-        slight = max(tolerance, SLIGHT) * size
+        slight = max(tolerance, slight, SLIGHT) * size
         force, pins = known[:0], self._nothing
         whole = Whole(contact, u, free, power, gap, known, status)
         missed = NOBODY if touches.any() or self.pins.size else worst(after, selected, tiny)
@@ -274,8 +278,30 @@ class Condensation:
             u += self.back_substitute(r)
         if pins.size:
             motion = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
-            u += loop.carry(motion, u) if self.pins.size == self.rigid.count else motion
+            rigid = self.pins.size == self.rigid.count
+            u += loop.carry(motion, u) if rigid else motion
+            if rigid and status.any():
+                u += self._back_to_road(u, status)
         place_all_on_surface(loop.contact, u, status)
+
+    def _back_to_road(self, u: np.ndarray, status: np.ndarray) -> np.ndarray:
+        """The rigid motion (N, d) that brings nodes that lie on the road there, as well as one can.
+
+        A drive that is slight stays, and what would balance it is missing where the nodes go; put back one by
+        one they would strain the body.
+        """
+        there, loop = u.copy(), self.loop
+        place_all_on_surface(loop.contact, there, status)
+        lies = status != FREE
+        way = np.einsum("cab,cb->ca", loop.frame[lies], (there - u)[loop.nodes[lies]])
+        motions = np.einsum("cab,cbp->cap", loop.frame[lies], self._motions[lies])
+        motions[status[lies] == SLIP, 1:] = 0.0
+        if loop.friction is None:
+            motions[:, 1:] = 0.0
+        U, sizes, V = np.linalg.svd(motions.reshape(way.size, -1), full_matrices=False)
+        resists = sizes > SEEN * np.abs(self._motions).max()
+        found = V[resists].T @ ((U[:, resists].T @ way.ravel()) / sizes[resists])
+        return (self.shapes @ (self._seen @ found)).reshape(u.shape)
 
     def _next_on_the_way(
         self, active: np.ndarray, force: np.ndarray, power: np.ndarray, gap: np.ndarray, slight: float
