@@ -280,7 +280,7 @@ class Condensation:
             motion = (self.shapes @ (self._seen @ pins)).reshape(u.shape)
             rigid = self.pins.size == self.rigid.count
             u += loop.carry(motion, u) if rigid else motion
-            if rigid and status.any():
+            if rigid and self._springs is None and status.any():
                 u += self._back_to_road(u, status)
         place_all_on_surface(loop.contact, u, status)
 
