@@ -176,7 +176,7 @@ def test_a_hard_body_that_soft_springs_let_go_far_lands_at_once():
     assert solution.gap.min() == 0.0
 
 
-@pytest.mark.parametrize("share", [1e-12, 1e-11, 1e-9, 1e-7])
+@pytest.mark.parametrize("share", [1e-12, 1e-9, 1e-7])
 @pytest.mark.parametrize("P", [1e-3, 1.0, 1e3])
 def test_a_light_body_that_hardly_anything_turns_about_its_pin(P, share):
     """It lies under the pin; what turns it is a tiny share of its load, at its edge, and goes far."""
