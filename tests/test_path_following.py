@@ -131,7 +131,7 @@ def test_a_load_that_lifts_the_body_off_has_no_answer():
     assert not found
 
 
-@pytest.mark.parametrize("number", [362, 479, 574, 1542, 1560, 2010, 2016, 720920, 3300495, 3301466])
+@pytest.mark.parametrize("number", [362, 479, 574, 1542, 1560, 2010, 2016, 2250, 720920, 3300495, 3301466])
 def test_bodies_that_roll_or_fall_far_to_where_they_rest(number):
     """By 0.1 to 12 times their size, under loads that hardly bend them; one lets go of the road."""
     outcome = tried(drawn(number))
@@ -145,7 +145,7 @@ def test_what_friction_alone_could_hold_is_said_to_turn():
     assert "friction, which alone could hold the body against a rotation about" in outcome["said"]
 
 
-@pytest.mark.parametrize("number", [949, 1408, 1595, 1625, 2250, 4000645, 5263, 7000656, 8242])
+@pytest.mark.parametrize("number", [949, 1408, 1595, 1625, 4000645, 5263, 7000656, 8242])
 def test_bodies_that_roll_or_fall_take_few_steps(number):
     """Once up to 1325 in a solve, whose small problems all began where the body had begun."""
     outcome = tried(drawn(number))

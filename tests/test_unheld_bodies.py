@@ -177,7 +177,7 @@ def test_a_hard_body_that_soft_springs_let_go_far_lands_at_once():
 
 
 @pytest.mark.parametrize("share", [1e-12, 1e-9, 1e-7])
-@pytest.mark.parametrize("P", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("P", [1.0, 1e3])
 def test_a_light_body_that_hardly_anything_turns_about_its_pin(P, share):
     """It lies under the pin; what turns it is a tiny share of its load, at its edge, and goes far."""
     body = CYLINDER.body
