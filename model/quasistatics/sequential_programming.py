@@ -208,7 +208,8 @@ class SequentialProgramming:
         """The last solution with the gaps to the road, and what all iterations cost."""
         costs = ("sweeps", "cycles", "steps", "work_units", "seconds", "setup_seconds")
         total = {name: sum(getattr(s, name) for s in self._solutions) for name in costs}
-        return replace(self._solutions[-1], gap=self.planes.gap, **total)
+        most = max(s.most_steps for s in self._solutions)
+        return replace(self._solutions[-1], gap=self.planes.gap, most_steps=most, **total)
 
     def _not_converged(self) -> NotConverged:
         distances = self.planes.distances

@@ -426,13 +426,16 @@ class ContactSolver:
             status = loop.start(u, status)
         load_size, least = loop.load_size, np.inf
 
-        def carry(motion: np.ndarray, u: np.ndarray) -> Any:
+        def count_from(there: np.ndarray) -> None:
             nonlocal base
-            if np.abs(motion).max() <= max(np.abs(u).max(), FINE * np.abs(base).max()):
-                return motion  # u has digits enough, or the base has not
-            base = bent + rigid.part_of(base + motion - bent)  # far motions that cancel leave their rounding
+            base = bent + rigid.part_of(there - bent)  # far motions that cancel leave their rounding
             self._put_load(posed, base, bent)
             loop.load_size = load_size
+
+        def carry(motion: np.ndarray, u: np.ndarray) -> Any:
+            if np.abs(motion).max() <= max(np.abs(u).max(), FINE * np.abs(base).max()):
+                return motion  # u has digits enough, or the base has not
+            count_from(base + motion)
             return 0.0
 
         kept, loop.carry = loop.carry, carry
@@ -442,10 +445,8 @@ class ContactSolver:
             while record.rounded:
                 if record.best > 0.5 * least:
                     record.give_up("the displacement in two parts is no truer than in one")
-                least, bent, base = record.best, bent + (u - rigid.part_of(u)), base + u
-                base = bent + rigid.part_of(base - bent)
-                self._put_load(posed, base, bent)
-                loop.load_size = load_size
+                least, bent = record.best, bent + (u - rigid.part_of(u))
+                count_from(base + u)
                 u[:] = 0.0
                 status[:] = loop.start(u, status)
                 record = opened(status, record.history)

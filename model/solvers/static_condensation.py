@@ -203,7 +203,7 @@ class Condensation:
         r: np.ndarray,
         tolerance: float,
         known: np.ndarray | None = None,
-        slight: float = SLIGHT,
+        slight: float = 0.0,
     ) -> None:
         """Bring u (N, d) and status (n,) to the solution, up to rounding.
 
@@ -218,7 +218,7 @@ class Condensation:
         known : (n, d), optional
             Forces on the candidates that touch; default zero.
         slight : float
-            Of the load: what may drive a rigid mode without moving it.
+            Of the load: what may drive a rigid mode without moving it, if that is more than rounding.
         """
         self._take_springs()
         loop, contact, self._driven = self.loop, self.loop.contact, False
@@ -295,9 +295,7 @@ class Condensation:
         lies = status != FREE
         way = np.einsum("cab,cb->ca", loop.frame[lies], (there - u)[loop.nodes[lies]])
         motions = np.einsum("cab,cbp->cap", loop.frame[lies], self._motions[lies])
-        motions[status[lies] == SLIP, 1:] = 0.0
-        if loop.friction is None:
-            motions[:, 1:] = 0.0
+        motions[(status[lies] == SLIP) | (loop.friction is None), 1:] = 0.0
         U, sizes, V = np.linalg.svd(motions.reshape(way.size, -1), full_matrices=False)
         resists = sizes > SEEN * np.abs(self._motions).max()
         found = V[resists].T @ ((U[:, resists].T @ way.ravel()) / sizes[resists])
