@@ -67,6 +67,21 @@ def test_friction_at_its_limit_does_no_work_by_itself():
     assert max(after.residual for _, after in steps(scheme, scheme.start(u * (1.0 + noise)), 20)) < 1e-14
 
 
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_what_slides_through_a_step_slips(scheme):
+    """Massless nodes too, which rest once the step has moved them, their friction at its limit."""
+    moving, velocity = bouncing_ring(0.1)
+    scheme = scheme(moving, 0.01)
+    flying, slid = scheme.run(scheme.start(velocity=velocity), 30), 0
+    for before, after in steps(scheme, flying, 20):
+        touches = (before.status != Status.FREE) & (after.status != Status.FREE)
+        change = np.abs((after.displacement - before.displacement)[moving.contact_nodes, 0])
+        slides = touches & (change > 0.01)
+        slid += np.count_nonzero(slides)
+        assert np.all(after.status[slides] == Status.SLIP)
+    assert slid > 20
+
+
 def test_first_touch_within_the_step():
     moving, velocity = bouncing_ring()
     scheme = Newmark(moving, 0.01)

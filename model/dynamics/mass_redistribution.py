@@ -126,12 +126,10 @@ class MassRedistribution(Midpoint):
         e, force = touch.increment, touch.force
         state.displacement[nodes] += e
         self.body.ranks.update(state.displacement)
-        state.contact_force, state.status, state.gap, state.count = (
-            force,
-            touch.status,
-            touch.gap,
-            touch.count,
-        )
+        # a node that slipped in the step stays where it came to, with its friction still at the limit
+        slipped = (state.status == Status.SLIP) & (touch.status == Status.STICK)
+        state.status = np.where(slipped, np.int8(Status.SLIP), touch.status)
+        state.contact_force, state.gap, state.count = force, touch.gap, touch.count
         state.residual = max(state.residual, touch.residual)
         if callable(self.body.load) and state.step:
             # the load does its work here as it is at the end of the step, not in the middle
@@ -140,9 +138,9 @@ class MassRedistribution(Midpoint):
         if self.body.friction is None:
             return added
         tangential = along_road(force, normal)
-        slipped = total(float(np.vdot(tangential, e)))
-        state.work.friction += slipped
-        return added - slipped
+        friction = total(float(np.vdot(tangential, e)))
+        state.work.friction += friction
+        return added - friction
 
 
 def with_weight(body: MovingBody, M: bsr_array) -> MovingBody:
