@@ -14,6 +14,7 @@ from model.node_loop.friction_laws import as_law
 from model.node_loop.node_loop import uncoupled_unknowns
 from model.one_rank import ONE_RANK
 from model.problem.contact_problem import ContactProblem, length_scale
+from model.problem.held_below_road import held_along
 from model.problem.linear_limits import LinearLimits
 from model.problem.rigid_modes import centre_and_size, rigid_motions
 from model.problem.varying_friction import placed
@@ -282,19 +283,16 @@ class MovingBody:
 
     def prescribed_at(self, time: float) -> np.ndarray:
         """Displacements (N, d) of prescribed unknowns at a time, 0 at others."""
-        if not self.supported:
-            return np.zeros_like(self.coordinates)
         if self.motion is not None:
             return np.where(self.prescribed, self.motion(time), 0.0)
-        diagonal = self.K.diagonal().reshape(self.coordinates.shape)
-        return np.where(self.prescribed, self.load_at(time) / diagonal, 0.0)
+        return self.load_at(time) / self._resistance
 
     def prescribed_rates(self, time: float, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """Velocity and acceleration (N, d) of prescribed unknowns, by differences of second order over dt.
 
         Central ones; at the start, before which nothing is known of the motion, forward ones.
         """
-        if not (self.supported and (callable(self.load) or self.motion is not None)):
+        if not self.supports_move:
             return np.zeros_like(self.coordinates), np.zeros_like(self.coordinates)
         h, before = 0.5 * dt, time < 0.5 * dt
         g = [self.prescribed_at(time + h * k) for k in ((0, 1, 2, 3) if before else (-1, 0, 1))]
@@ -370,9 +368,18 @@ class MovingBody:
         return self.ranks.any(bool(self.prescribed.any()))
 
     @cached_property
+    def supports_move(self) -> bool:
+        """Whether what is prescribed may be another at another time."""
+        return self.supported and (callable(self.load) or self.motion is not None)
+
+    @cached_property
     def led(self) -> np.ndarray:
-        """Nodes that may touch, (k,) of the n, and of which something is prescribed."""
-        return np.flatnonzero(self.prescribed[self.contact_nodes].any(axis=1))
+        """Nodes that may touch, (k,) of the n, and that supports may lead below the road."""
+        held = self.prescribed[self.contact_nodes]
+        if not getattr(self.road, "flat", False):
+            return np.flatnonzero(held.any(axis=1))
+        normal = self.gaps(np.zeros_like(self.coordinates))[1]
+        return np.flatnonzero(held_along(normal, held) & self.supports_move)
 
     @cached_property
     def floats(self) -> bool:
@@ -384,6 +391,12 @@ class MovingBody:
         ranks = self.ranks
         largest = ranks.max(np.abs(self.K.diagonal()).max())
         return bool(ranks.max(np.abs(self.K @ ones).max()) < UNSTRAINED * largest)
+
+    @cached_property
+    def _resistance(self) -> np.ndarray:
+        """What a prescribed unknown (N, d) resists by itself, infinity at others."""
+        diagonal = self.K.diagonal().reshape(self.coordinates.shape)
+        return np.where(self.prescribed, diagonal, np.inf)
 
     def _strained(self, u: np.ndarray) -> np.ndarray:
         return u - self.ranks.first(u[0]) if self.floats else u

@@ -37,8 +37,7 @@ def held_below_road(
     >>> held_below_road(u[:, 1], up, np.array([7]), up > 0.0, u, 1e-12, " at time 2")[:60]
     'Node 7 is prescribed the displacement (0, -0.1) at time 2, w'
     """
-    still = np.linalg.norm(np.where(held, 0.0, normal), axis=1) < UNMOVED
-    below = np.flatnonzero(still & (gap < -near))
+    below = np.flatnonzero(held_along(normal, held) & (gap < -near))
     if not below.size:
         return ""
     worst = below[np.argmin(gap[below])]
@@ -47,3 +46,8 @@ def held_below_road(
         f"Node {nodes[worst]} is prescribed the displacement ({there}){when}, which is {-gap[worst]:g} below "
         "the road; prescribe one that leaves it above, or leave it free."
     )
+
+
+def held_along(normal: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Which nodes (k,) cannot move along normals (k, d), for what is `held` (k, d) of them."""
+    return np.asarray(np.linalg.norm(np.where(held, 0.0, normal), axis=1) < UNMOVED)

@@ -86,7 +86,7 @@ class SmallProblem:
         inverse = np.empty_like(block)
         generalised_inverses(block, nodes, inverse)
         frame = np.tile(np.eye(sides), (k, 1, 1))
-        modes = np.linalg.qr(G @ free)[0]
+        modes = np.linalg.qr(G @ free)[0] if free.size else G @ free
         self.arrays = Condensed(total, S, Y, Z, modes, nodes, frame, block, inverse, steps)
         self._bound = None if friction is None else friction.address
         self.driven = False

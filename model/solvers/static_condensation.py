@@ -50,6 +50,7 @@ DRIVEN = 3  # cycles whose small problem finds a motion without end: the second 
 NEAR = 1e-6  # of the largest gap: who is so near to the road, once the body has landed, may touch
 NOBODY = np.zeros(0, dtype=np.int64)
 MEMORY = 2**27  # bytes that whole columns of A^-1 may take
+KEPT = 2**18  # pairs of candidates in the small problems that are kept for the next solve
 
 
 class Condensation:
@@ -134,7 +135,8 @@ class Condensation:
 
     def update_normals(self) -> None:
         """Follow the loop's new normals."""
-        loop, self._active = self.loop, NOBODY
+        loop = self.loop
+        self._small: dict[bytes, SmallProblem] = {}  # by their candidates, the last one used last
         if self.pins.size == 0:
             self._seen, self._anchors = np.zeros((0, 0)), NOBODY
             self._motions = np.zeros((*loop.frame.shape[:2], 0))
@@ -161,7 +163,7 @@ class Condensation:
         self.batches: list[np.ndarray] = []
         self._columns = np.empty((rows * self.loop.shape[1], 2), order="F")
         self._place = np.full(self.loop.nodes.size, -1)  # of each candidate in the columns, in nodes
-        self._active = NOBODY  # candidates of the small problem that is set up
+        self._small = {}
         for batch in batches:
             self._learn(batch)
 
@@ -256,11 +258,12 @@ class Condensation:
             return worst(reached(*point)[2], selected, tiny).size > 0
 
         while selected.any() and (missed.size or not force.size):
-            active = self._set_up(np.flatnonzero(selected))
-            force, pins, moved = self.small.solve(
+            active = np.flatnonzero(selected)
+            small = self._small_problem(active)
+            force, pins, moved = small.solve(
                 whole, active, there, spring, loop.slip_rate, tolerance, slight, meets
             )
-            self._driven, spring = self.small.driven, self.small.spring
+            self._driven, spring = small.driven, small.spring
             force, there, after = reached(force, pins, moved)
             missed = worst(after, selected, tiny)
             if not missed.size and self.rigid.count == self.pins.size:
@@ -314,10 +317,17 @@ class Condensation:
         time = np.maximum(gap[falls], 0.0) / -speed[falls]
         return falls[np.argsort(time)[: active.size]]
 
-    def _set_up(self, active: np.ndarray) -> np.ndarray:
-        """Set up the small problem of the given candidates, unless it is; return them."""
-        if np.array_equal(active, self._active):
-            return active
+    def _small_problem(self, active: np.ndarray) -> SmallProblem:
+        """The small problem of the given candidates (k,); solves that are alike pass through the same."""
+        key = active.tobytes()
+        small = self._small.pop(key, None) or self._set_up(active)
+        while self._small and (1 + len(self._small)) * active.size**2 > KEPT:
+            del self._small[next(iter(self._small))]
+        self._small[key] = small
+        return small
+
+    def _set_up(self, active: np.ndarray) -> SmallProblem:
+        """Set up the small problem of the given candidates (k,)."""
         new = active[self._place[active] < 0]
         if new.size:
             self._learn(new)
@@ -332,9 +342,7 @@ class Condensation:
         W = 0.5 * (W + W.transpose(2, 3, 0, 1)).reshape(k * self._sides, -1)
         G = np.einsum("cab,cbp->cap", frame, self._motions[active]).reshape(W.shape[0], -1)
         resistance = self._seen.T @ self.resistance @ self._seen
-        self.small = SmallProblem(W, G, resistance, springs, self._sides, loop.friction, self.steps)
-        self._active = active
-        return active
+        return SmallProblem(W, G, resistance, springs, self._sides, loop.friction, self.steps)
 
     def _spread(self, active: np.ndarray, force: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Displacements (r, d), in the rows (r,) of the columns, by forces (k, d) on active candidates."""
