@@ -51,6 +51,7 @@ from model.results.road_surface import write_road
 from model.results.vtkhdf import write_vtkhdf
 from model.solvers.contact_solver import ContactSolver, FrictionLeftOut, Solution
 from model.solvers.convergence_record import NotConverged
+from model.solvers.uniqueness import SeveralAnswers, UnstableBalance
 
 # What draws or writes comes when asked for, so that `import model` needs neither matplotlib nor dolfinx.
 LATE = {
@@ -99,10 +100,12 @@ __all__ = [
     "NotConverged",
     "RodImpact",
     "Series",
+    "SeveralAnswers",
     "Solution",
     "Spence",
     "Status",
     "UnresolvedWaves",
+    "UnstableBalance",
     "body_picture",
     "bounce_figure",
     "consistent",

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from model.curved.tangent_planes import RoadPlanes
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
 from model.quasistatics.approach import LONG, CarriedOff, approach
@@ -18,6 +19,7 @@ from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.convergence_record import NotConverged
 from model.tolerances import TOLERANCE
 
+HARD = 1e-200  # softness of what gives way nowhere
 NO_LEAP = 0.1  # of the size: a step, where longer ones have leapt over what would have held the body
 
 
@@ -175,7 +177,18 @@ class CurvedContact:
         planes, self.distances = iterations.planes, iterations.planes.distances
         solution = iterations.solve()
         self.normal, self.foot, self.pressure = planes.normal, planes.foot, solution.pressure_force
+        self._last = posed.road, self.points + solution.displacement[iterations.nodes]
         return solution
+
+    def turning(self) -> np.ndarray:
+        """How the road resists the last solution as it turns its pressures, (n, d, d): negative on hills.
+
+        It is looked at from so near that nothing but its own curvature counts.
+        """
+        road, at = self._last
+        planes = RoadPlanes(road, at, None, np.full(len(at), HARD), self.size)
+        planes.bend(self.pressure, hills=True)
+        return planes.springs
 
     def follow(
         self, road: Any, steps: Iterable[tuple[float, np.ndarray]], **options: Any

@@ -1,6 +1,6 @@
 """Solve a scene once, or step by step: the same two verbs whatever the road's shape."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -13,6 +13,7 @@ from model.quasistatics import load_stepping
 from model.quasistatics.curved_contact import CurvedContact
 from model.ranks.solver_of import solver_of
 from model.solvers.contact_solver import ContactSolver, Solution
+from model.solvers.uniqueness import look_for_others
 from model.tolerances import TOLERANCE
 
 OF_SOLVER = ("order", "progress")
@@ -74,6 +75,10 @@ def solve(
     -----
     BeyondLinear
         Once for each BodyOnRoad, where linear strain is not true to the solution.
+    SeveralAnswers
+        Where friction is proved to let there be others; looked for by the correction "direct" alone.
+    UnstableBalance
+        Where a body without friction is proved to be balanced on a hill of a curved road; likewise.
 
     Examples
     --------
@@ -91,20 +96,24 @@ def solve(
     is_tolerance(tolerance)
     made = {name: options.pop(name) for name in OF_SOLVER if name in options}
     if isinstance(contact, ContactProblem):
-        return ContactSolver(contact, correction, **made).solve(tolerance=tolerance, **options)
+        solver = ContactSolver(contact, correction, **made)
+        solution = solver.solve(tolerance=tolerance, **options)
+        look_for_others(solver, solution)
+        return solution
     _is_linear(contact)
     time = None if time is None else _time(time)
     problem = replace(contact.problem, b=contact.system.load_at(time))
     solver = solver_of(problem, correction, **made)
-    road = contact.road
-    if hasattr(road, "at"):
-        now = 0.0 if time is None else time
-        options["marks"] = partial(road.carried, start=now, end=0.0)
-        solution = CurvedContact(solver, contact.points).solve(road.at(now), tolerance=tolerance, **options)
-    elif getattr(road, "flat", False):
+    road, turning = contact.road, None
+    if getattr(road, "flat", False) and not hasattr(road, "at"):
         solution = solver.solve(tolerance=tolerance, **options)
     else:
-        solution = CurvedContact(solver, contact.points).solve(road, tolerance=tolerance, **options)
+        if hasattr(road, "at"):
+            now = 0.0 if time is None else time
+            options["marks"], road = partial(road.carried, start=now, end=0.0), road.at(now)
+        curved = CurvedContact(solver, contact.points)
+        solution, turning = curved.solve(road, tolerance=tolerance, **options), curved.turning
+    look_for_others(solver, solution, turning)
     contact.check_strain(solution)
     return replace(solution, time=time)
 
@@ -138,6 +147,11 @@ def follow(
     Solution
         One a step.
 
+    Warns
+    -----
+    BeyondLinear, SeveralAnswers, UnstableBalance
+        As `solve`, at the first step of which it is true.
+
     Examples
     --------
     >>> from forms import Elasticity, Isotropic, Support
@@ -151,16 +165,16 @@ def follow(
     [10.0, 20.0]
     """
     if isinstance(contact, ContactSolver):
-        yield from load_stepping.follow(contact, steps, tolerance, **options)
+        yield from _looked_at(contact, load_stepping.follow(contact, steps, tolerance, **options))
         return
     is_tolerance(tolerance)
     made = {name: options.pop(name) for name in OF_SOLVER if name in options}
     if isinstance(contact, ContactProblem):
         solver = ContactSolver(contact, correction, **made)
-        yield from load_stepping.follow(solver, steps, tolerance, **options)
+        yield from _looked_at(solver, load_stepping.follow(solver, steps, tolerance, **options))
         return
     _is_linear(contact)
-    solver, road = solver_of(contact.problem, correction, **made), contact.road
+    solver, road, turning = solver_of(contact.problem, correction, **made), contact.road, None
     times: list[float | None] = []
     if getattr(road, "flat", False):
         loads = (load for _, load in _loads(contact, steps, times))
@@ -169,9 +183,20 @@ def follow(
         road = road if hasattr(road, "at") else AtRest(road)
         curved = CurvedContact(solver, contact.points)
         path = curved.follow(road, _loads(contact, steps, times), tolerance=tolerance, **options)
-    for solution in path:
+        turning = curved.turning
+    for solution in _looked_at(solver, path, turning):
         contact.check_strain(solution)
         yield replace(solution, time=times[-1])
+
+
+def _looked_at(
+    solver: Any, path: Iterable[Solution], turning: Callable[[], np.ndarray] | None = None
+) -> Iterator[Solution]:
+    """Yield the solutions of a path, and warn of the first that is one of several, or unstable."""
+    said = False
+    for solution in path:
+        said = said or look_for_others(solver, solution, turning)
+        yield solution
 
 
 def _is_linear(contact: Any) -> None:

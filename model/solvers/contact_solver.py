@@ -327,6 +327,7 @@ class ContactSolver:
         loop.put_springs(springs)
         loop.prescribe(posed.load, u)
         self._require_room(u, posed.gap)
+        self.posed = posed
 
         def opened(status: np.ndarray, history: Sequence[float] = ()) -> Record:
             return Record(

@@ -328,21 +328,26 @@ class Condensation:
 
     def _set_up(self, active: np.ndarray) -> SmallProblem:
         """Set up the small problem of the given candidates (k,)."""
-        new = active[self._place[active] < 0]
-        if new.size:
-            self._learn(new)
         loop, springs = self.loop, None
         frame = loop.frame[active, : self._sides]
         if self._springs is not None:
             springs = np.einsum("cab,cbe,cfe->caf", frame, self._springs[active], frame)
-        k, d = active.size, loop.shape[1]
-        rows, columns = (number[active, None] * d + np.arange(d) for number in (self._row, self._place))
-        there = self._columns[np.ix_(rows.ravel(), columns.ravel())].reshape(k, d, k, d)
-        W = np.einsum("jbf,iajf->iajb", frame, np.einsum("iae,iejf->iajf", frame, there))
-        W = 0.5 * (W + W.transpose(2, 3, 0, 1)).reshape(k * self._sides, -1)
+        W = self.flexibility(active, frame)
         G = np.einsum("cab,cbp->cap", frame, self._motions[active]).reshape(W.shape[0], -1)
         resistance = self._seen.T @ self.resistance @ self._seen
         return SmallProblem(W, G, resistance, springs, self._sides, loop.friction, self.steps)
+
+    def flexibility(self, active: np.ndarray, frame: np.ndarray) -> np.ndarray:
+        """Displacements (k s, k s) of k candidates under unit forces, pins at rest, in frames (k, s, d)."""
+        new = active[self._place[active] < 0]
+        if new.size:
+            self._learn(new)
+        k, d = active.size, self.loop.shape[1]
+        rows, columns = (number[active, None] * d + np.arange(d) for number in (self._row, self._place))
+        there = self._columns[np.ix_(rows.ravel(), columns.ravel())].reshape(k, d, k, d)
+        W = np.einsum("jbf,iajf->iajb", frame, np.einsum("iae,iejf->iajf", frame, there))
+        W = W.reshape(k * frame.shape[1], -1)
+        return 0.5 * (W + W.T)
 
     def _spread(self, active: np.ndarray, force: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Displacements (r, d), in the rows (r,) of the columns, by forces (k, d) on active candidates."""
