@@ -240,6 +240,11 @@ class RigidModes:
         """The rigid part (N, d) of a displacement (N, d)."""
         return (self.modes @ (self.modes.T @ u.ravel())).reshape(u.shape)
 
+    def nearest(self, work: np.ndarray, way: np.ndarray) -> np.ndarray:
+        """The least motion (N, d) whose parts, `work` (k, m) of the modes, come nearest to a way (k,)."""
+        amplitudes = np.linalg.lstsq(work, way, rcond=SEEN)[0]
+        return (self.modes @ amplitudes).reshape(self.coordinates.shape)
+
     def require_balance(self, b: np.ndarray, normal: np.ndarray, mu: Any, tolerance: float) -> None:
         """Refuse a load (N, d) that the road, with normals (n, d), cannot balance on the modes.
 
@@ -311,11 +316,10 @@ class RigidModes:
             near = np.tile(gap <= SEEN * height, len(work) // gap.size)
             left, _ = self._unbalanced(b, work[near], BALANCE)
             speed = rise @ left
-            falls = speed < -SEEN * np.abs(speed).max(initial=0.0)
-            if not falls.any():
+            time = float(arrivals(gap, speed, np.abs(speed).max()).min())
+            if time == np.inf:
                 away = self.in_words(left) if left.any() else ""
                 return (self.modes @ amplitudes).reshape(b.shape), away
-            time = float(np.min(np.maximum(gap[falls], 0.0) / -speed[falls]))
             amplitudes += time * left
             gap = gap + time * speed
         return (self.modes @ amplitudes).reshape(b.shape), ""
@@ -424,6 +428,12 @@ class RigidModes:
         through = centre + np.cross(spin, np.append(mean, [0.0] * (3 - d)))[:d] / (spin @ spin)
         along = "" if d == 2 else f" along {_vector(spin / np.linalg.norm(spin))}"
         return f"a rotation about {'' if d == 2 else 'an axis through '}{_vector(through)}{along}"
+
+
+def arrivals(gap: np.ndarray, speed: np.ndarray, fastest: float) -> np.ndarray:
+    """When nodes (n,) of a body that moves no faster come to the road; inf for those that do not."""
+    falls = speed < -SEEN * fastest
+    return np.where(falls, np.maximum(gap, 0.0) / np.where(falls, -speed, 1.0), np.inf)
 
 
 def _vector(x: np.ndarray) -> str:

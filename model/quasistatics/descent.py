@@ -18,7 +18,7 @@ import numpy as np
 from model.curved.tangent_planes import RoadPlanes
 from model.node_loop.blocks import defect
 from model.node_loop.node_loop import NodeLoop, along_road
-from model.problem.rigid_modes import SEEN, RigidModes
+from model.problem.rigid_modes import RigidModes
 from model.solvers.contact_solver import Solution
 
 HALVINGS = 10  # of a step: a shorter one is worth no solve
@@ -129,7 +129,7 @@ class Descent:
         if self.rigid is not None and self.rigid.count:
             gap, normal, _ = (values[wanted] for values in road.closest(at))
             lift = np.einsum("ca,cam->cm", normal, self.rigid.at(self.rigid.nodes)[wanted])
-            back += (self.rigid.modes @ np.linalg.lstsq(lift, -gap, rcond=SEEN)[0]).reshape(back.shape)
+            back += self.rigid.nearest(lift, -gap)
         gap, _, foot = road.closest(at + back[loop.nodes])
         under = np.where((gap < 0.0)[:, None], foot - at, back[loop.nodes])
         back[loop.nodes] = np.where(loop.uncoupled[loop.nodes], 0.0, under)

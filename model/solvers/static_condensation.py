@@ -30,6 +30,7 @@ from model.node_loop.node_loop import NodeLoop
 from model.problem.rigid_modes import (
     SEEN,
     RigidModes,
+    arrivals,
     determinate_unknowns,
     motions_of_each_body,
     parts,
@@ -296,13 +297,11 @@ class Condensation:
         there, loop = u.copy(), self.loop
         place_all_on_surface(loop.contact, there, status)
         lies = status != FREE
-        way = np.einsum("cab,cb->ca", loop.frame[lies], (there - u)[loop.nodes[lies]])
-        motions = np.einsum("cab,cbp->cap", loop.frame[lies], self._motions[lies])
+        frame, nodes = loop.frame[lies], loop.nodes[lies]
+        motions = frame @ self.rigid.at(nodes)
         motions[(status[lies] == SLIP) | (loop.friction is None), 1:] = 0.0
-        U, sizes, V = np.linalg.svd(motions.reshape(way.size, -1), full_matrices=False)
-        resists = sizes > SEEN * np.abs(self._motions).max()
-        found = V[resists].T @ ((U[:, resists].T @ way.ravel()) / sizes[resists])
-        return (self.shapes @ (self._seen @ found)).reshape(u.shape)
+        way = np.einsum("cab,cb->ca", frame, (there - u)[nodes])
+        return self.rigid.nearest(motions.reshape(way.size, -1), way.ravel())
 
     def _next_on_the_way(
         self, active: np.ndarray, force: np.ndarray, power: np.ndarray, gap: np.ndarray, slight: float
@@ -311,11 +310,11 @@ class Condensation:
         drive = power + np.einsum("cap,ca->p", self._motions[active], force)
         speed = np.einsum("ca,cap,p->c", self.loop.frame[:, 0], self._motions, drive)
         speed[active] = 0.0
-        falls = np.flatnonzero(speed < -SEEN * np.abs(speed).max(initial=0.0))
-        if not falls.size or np.linalg.norm(drive) <= slight:
+        if np.linalg.norm(drive) <= slight:
             return NOBODY
-        time = np.maximum(gap[falls], 0.0) / -speed[falls]
-        return falls[np.argsort(time)[: active.size]]
+        time = arrivals(gap, speed, np.abs(speed).max())
+        first = np.argsort(time)[: active.size]
+        return first[time[first] < np.inf]
 
     def _small_problem(self, active: np.ndarray) -> SmallProblem:
         """The small problem of the given candidates (k,); solves that are alike pass through the same."""

@@ -36,7 +36,7 @@ from model.node_loop.friction_tangent import friction_tangent
 from model.node_loop.node_loop import NodeLoop, place_on_road, stop_slip_that_turned
 from model.node_loop.status import Status
 from model.one_rank import ONE_RANK
-from model.problem.rigid_modes import BALANCE, SEEN, RigidModes, null_space
+from model.problem.rigid_modes import BALANCE, RigidModes, arrivals, null_space
 from model.solvers.convergence_record import NotConverged, Record
 from model.solvers.galerkin_coarsening import Level, columns_of, hierarchy, interpolate, recompute
 from model.solvers.krylov import conjugate_gradients, flexible_gmres
@@ -398,12 +398,12 @@ class Multigrid:
         """Move u (N, d) along a rigid motion (N, d) until the next node arrives at the road, if one does."""
         loop = self.loop
         gap, speed = loop.gaps(u, status), np.einsum("ca,ca->c", loop.frame[:, 0], motion[loop.nodes])
-        falls = np.flatnonzero((status == Status.FREE) & (speed < -SEEN * np.abs(motion).max()))
-        if not falls.size:
+        times = arrivals(gap, np.where(status == Status.FREE, speed, 0.0), np.abs(motion).max())
+        first = times.min()
+        if first == np.inf:
             return False
-        times = np.maximum(gap[falls], 0.0) / -speed[falls]
-        u += times.min() * motion
-        status[falls[times == times.min()]] = Status.SLIP if loop.friction is None else Status.STICK
+        u += first * motion
+        status[times == first] = Status.SLIP if loop.friction is None else Status.STICK
         place_all_on_surface(loop.contact, u, status)
         return True
 
