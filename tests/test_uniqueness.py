@@ -5,16 +5,17 @@ from itertools import product
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq, root
+from scipy.optimize import root
 from scipy.sparse import csr_array
 
 from forms import Elasticity, Isotropic, Support
-from geometry import Body, RoundRoad, ring
+from geometry import Body, Plane, RoundRoad, rectangle, ring
 from model import (
     BodyOnRoad,
     ContactProblem,
     ContactSolver,
     CurvedContact,
+    NotConverged,
     SeveralAnswers,
     Status,
     UnstableBalance,
@@ -35,6 +36,19 @@ def nodes_on(K, b, gap, friction, d=2):
     return ContactProblem(
         csr_array(K), np.reshape(b, (n, d)), coordinates, np.arange(n), normal, np.asarray(gap), friction
     )
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_a_failure_says_whether_there_is_an_answer(held):
+    """Where supports or planes hold the body without friction, there is one for any friction."""
+    elasticity = Elasticity(Body.from_grid(rectangle(1.0, 1.0, 4, 4)), Isotropic(1e6, 0.3))
+    support = Support(elasticity.body).fix("top", x=0.0) if held else Support(elasticity.body)
+    system = elasticity.system(elasticity.body_force((0.3, -1.0)), support)
+    contact = BodyOnRoad(system, "bottom", Plane(), friction=0.5)
+    with pytest.raises(NotConverged) as failed:
+        solve(contact, "none", limit=1, progress=False)
+    assert ("for there is an answer, since supports and planes hold" in str(failed.value)) == held
+    assert ("for there may be none, since not even supports" in str(failed.value)) != held
 
 
 def warned(run, *arguments, **options):
@@ -184,51 +198,59 @@ def test_a_node_on_a_hill_is_held_by_a_spring_stiffer_than_load_over_radius(dim,
     assert [w.category for w in said] == ([UnstableBalance] if unstable else [])
 
 
-def zeros(f, places):
-    """Where a function changes its sign between neighbours among places, and whether it rises there."""
-    values = np.array([f(x) for x in places])
-    for k in np.flatnonzero(values[1:] * values[:-1] < 0.0):
-        yield brentq(f, *places[k : k + 2], xtol=1e-14), values[k] < 0.0
+def slipping_on_ball(K, b, mu, here, anchor, top):
+    """What a node on a unit ball misses along it, at x = (top + c e) / |.| for c (d - 1,), and x, p, slip."""
+    e = np.linalg.svd(top[None])[2][1:]
+
+    def missing(c):
+        n = top + c @ e
+        n /= np.linalg.norm(n)
+        f, s = K @ (n - here) - b, n - anchor
+        s = s - (s @ n) * n
+        found = f - (f @ n) * n + mu * (f @ n) * s / np.linalg.norm(s)
+        return e @ found, n, f @ n, np.linalg.norm(s)
+
+    return missing
 
 
-def test_the_road_turns_the_friction_of_a_node_that_slips_over_a_hill():
-    """On a disc of radius 1 the balance along the road is a function of the angle; its slope has the sign."""
-    random, seen, mu = np.random.default_rng(0), [], 0.6
-    road = RoundRoad([0.0, 1.0], [0.0, 1.0], 1.0)
-    here = np.array([-0.3, 1.2])  # where the springs are at rest; the node would stick below it
-    stuck = np.arctan2(*here)
-    for _ in range(30):
-        K, b = stiff_in_a_few_ways(random, 2, 1)
-        K, b = random.choice([1.0, 20.0]) * K, b - np.array([0.0, 3.0])
-
-        def force(angle, K=K, b=b):
-            f = K @ (np.array([np.sin(angle), np.cos(angle)]) - here) - b
-            return f @ (np.cos(angle), -np.sin(angle)), f @ (np.sin(angle), np.cos(angle))
-
-        for side in (1, -1):
-            slips = stuck + side * np.linspace(1e-3, 1.4, 400)
-            for angle, rises in zeros(lambda a, side=side: force(a) @ np.array([1.0, mu * side]), slips):
-                if force(angle)[1] <= 0.0:
-                    continue
-                u = np.zeros((3, 2))
-                u[0] = (np.sin(angle), np.cos(angle)) - here
-                u[1:] = 0.5 * u[0]
-                problem = one_node_held(K, b, here, 0.2, mu)
-                curved = CurvedContact(ContactSolver(problem, "direct"), here[None])
-                curved.pressure = np.array([force(angle)[1]])
-                solution = curved.solve(road, start=u, start_status=np.array([Status.SLIP]))
-                if np.allclose(solution.displacement, u, atol=1e-7):
-                    said = warned(look_for_others, curved.solver, solution, curved.turning)[0]
-                    assert said == (rises == (side < 0))
-                    seen.append(said)
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_road_turns_pressure_and_friction_of_a_node_that_slips_over_a_hill(dim):
+    """The sign of the determinant by differences along a ball of radius 1, at answers in slip."""
+    random, seen, mu, h = np.random.default_rng(dim), [], 0.6, 1e-6
+    road = RoundRoad(np.eye(dim)[-1], np.eye(dim)[-1], 1.0)
+    here = np.array([-0.3, 0.1, 1.2])[-dim:]  # where the springs are at rest; the node sticks below it
+    anchor = here / np.linalg.norm(here)
+    for _ in range(100):
+        K, b = stiff_in_a_few_ways(random, dim, dim - 1)
+        K, b = random.choice([1.0, 20.0]) * K, b - 3.0 * np.eye(dim)[-1]
+        start = anchor + 0.7 * random.normal(size=dim)
+        missing = slipping_on_ball(K, b, mu, here, anchor, start / np.linalg.norm(start))
+        at = root(lambda c, missing=missing: missing(c)[0], np.zeros(dim - 1), tol=1e-13)
+        _, x, p, slip = missing(at.x)
+        if np.abs(missing(at.x)[0]).max() > 1e-9 or p < 1e-3 or slip < 1e-3 or x @ anchor < 0.2:
+            continue
+        missing = slipping_on_ball(K, b, mu, here, anchor, x)
+        turns = np.eye(dim - 1) * h
+        J = np.array([(missing(c)[0] - missing(-c)[0]) / (2 * h) for c in turns])
+        u = np.array([x - here, 0.5 * (x - here), 0.5 * (x - here)])
+        curved = CurvedContact(ContactSolver(one_node_held(K, b, here, 0.2, mu), "direct"), here[None])
+        curved.pressure = np.array([p])
+        solution = curved.solve(road, start=u, start_status=np.array([Status.SLIP]))
+        if np.allclose(solution.displacement, u, atol=1e-7) and abs(np.linalg.det(J)) > 1e-3:
+            said = warned(look_for_others, curved.solver, solution, curved.turning)[0]
+            assert said == (np.linalg.det(J) < 0.0)
+            seen.append(said)
     assert sum(seen) > 3 and len(seen) - sum(seen) > 3
 
 
-def resting(road):
-    """A ring of weight 1 that nothing holds."""
+def resting(road, **fixed):
+    """A ring of weight 1 that nothing holds, or whose touching nodes are guided."""
     elasticity = Elasticity(Body.from_grid(ring(0.5, 0.2, 32, 2)), Isotropic(1e6, 0.3))
     weight = elasticity.body_force((0.0, -1.0))
-    system = elasticity.system(weight / -weight.sum(), Support(elasticity.body))
+    support = Support(elasticity.body)
+    if fixed:
+        support.fix("outer", **fixed)
+    system = elasticity.system(weight / -weight.sum(), support)
     return warned(solve, BodyOnRoad(system, "outer", road), "direct")
 
 
@@ -238,3 +260,7 @@ def test_a_ring_on_a_crest_is_unstable_and_in_a_hollow_it_is_not():
     assert solution.pressure_force.sum() == pytest.approx(1.0)
     assert "nodes touching it" in str(said[0].message) and said[0].filename == __file__
     assert resting(RoundRoad(radius=-2.0))[1] == []
+
+
+def test_a_ring_on_a_crest_whose_nodes_are_guided_is_not():
+    assert resting(RoundRoad(radius=2.0), x=0.0)[1] == []

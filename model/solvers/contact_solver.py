@@ -528,7 +528,8 @@ class ContactSolver:
         if loop.load_size > strained > 0.0:
             strain = loop.load_size / strained
             said.insert(0, f"the load, which strains a cell by {strain:.1g} or more: check its units and E's")
-        return said + likely_causes(loop, u, status, tests, tolerance, self.correction.name)
+        held = not (self._away or motion)
+        return said + likely_causes(loop, u, status, tests, tolerance, self.correction.name, held)
 
     def _require_room(self, u: np.ndarray, gap: np.ndarray) -> None:
         """Refuse a node that is prescribed a place below the road."""

@@ -14,7 +14,13 @@ NEAR = 10.0  # times what rounding leaves: so near a solve takes what is left fo
 
 
 def likely_causes(
-    loop: NodeLoop, u: np.ndarray, status: np.ndarray, history: Any, tolerance: float, correction: str
+    loop: NodeLoop,
+    u: np.ndarray,
+    status: np.ndarray,
+    history: Any,
+    tolerance: float,
+    correction: str,
+    held: bool,
 ) -> list[str]:
     """Name the three likeliest causes, the likeliest first, each with a remedy.
 
@@ -35,6 +41,9 @@ def likely_causes(
         Natural residual wanted.
     correction : str
         Its name.
+    held : bool
+        Supports and planes hold the body without friction: there is an answer, whatever the friction (see
+        `uniqueness`).
     """
     residual = max(loop.residual(u, status), 1e-300)
     missing = loop.R
@@ -63,8 +72,10 @@ def likely_causes(
         ),
         (
             (length(along) / max(length(missing), 1e-300)) ** 2 if mu > 0.0 else 0.0,
-            f"friction, with mu = {mu:g} and {slipping} nodes in slip: take smaller load steps, for where "
-            "friction is large there may be several answers or none",
+            f"friction, with mu = {mu:g} and {slipping} nodes in slip: take smaller load steps, for "
+            + ("there is an answer, since " if held else "there may be none, since not even ")
+            + "supports and planes hold the body without friction, "
+            + ("but where friction is large there may be several" if held else "and friction may not"),
         ),
         (
             length(missing.sum(axis=0)) / max(float(np.linalg.norm(missing, axis=1).sum()), 1e-300),

@@ -32,6 +32,7 @@ from typing import Any
 
 import numpy as np
 
+from model.node_loop.node_loop import NodeLoop
 from model.node_loop.status import Status
 from model.problem.rigid_modes import BALANCE, SEEN, null_space
 from model.solvers.contact_solver import ContactSolver, Solution
@@ -76,10 +77,16 @@ def look_for_others(solver: Any, solution: Solution, turning: Callable[[], np.nd
     if not isinstance(solver, ContactSolver) or not isinstance(solver.correction, Condensation):
         return False
     if solver.loop.friction is None:
-        return turning is not None and _says_unstable(solver, solution, turning())
+        return turning is not None and _says_unstable(solver, solution, _of_free(turning(), solver.loop))
     if not np.any(solution.status == Status.SLIP) or (turning is not None and solver.rigid.count):
         return False
-    return _says_several(solver, solution, None if turning is None else turning())
+    return _says_several(solver, solution, None if turning is None else _of_free(turning(), solver.loop))
+
+
+def _of_free(turning: np.ndarray, loop: NodeLoop) -> np.ndarray:
+    """C (n, d, d) of what is not prescribed."""
+    free = ~loop.uncoupled[loop.nodes]
+    return np.where(free[:, :, None] & free[:, None, :], turning, 0.0)
 
 
 def _says_unstable(solver: ContactSolver, solution: Solution, turning: np.ndarray) -> bool:
@@ -98,9 +105,9 @@ def _says_unstable(solver: ContactSolver, solution: Solution, turning: np.ndarra
     if np.linalg.eigvalsh(0.5 * (J + J.T))[0] > -SURE * max(np.abs(J).max(initial=0.0), 1e-300):
         return False
     warnings.warn(
-        f"The body is balanced on a hill of the road, {touching.size} nodes touching it: the tangent has a "
-        "negative eigenvalue, so that the smallest push would move it away, downhill; hold it by a support, "
-        "or let it start on the side to which it shall go.",
+        f"The body is balanced on a hill of the road, {touching.size} of its nodes touching it: the tangent "
+        "has a negative eigenvalue, so that the smallest push would move it away, downhill; hold it by a "
+        "support, or let it start on the side to which it shall go.",
         UnstableBalance,
         skip_file_prefixes=(PACKAGE,),
     )
