@@ -241,7 +241,7 @@ def test_ctrl_c_at_any_moment(seconds, tmp_path):
         time.sleep(seconds)
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=60)
-    assert process.returncode == 130
+    assert process.returncode == 130, said
     assert "Traceback" not in said
     assert "files written so far are whole" in said
     assert not list(tmp_path.rglob("*.part"))

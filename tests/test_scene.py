@@ -203,6 +203,29 @@ def test_the_hook_is_put_back(tmp_path):
     assert [line for line in done.stdout.splitlines() if line in ("True", "False")] == ["False", "True"]
 
 
+IN_A_DESTRUCTOR = """
+class Body:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+        print("lost")
+body = Body()
+del body
+"""
+WITHIN_COMPILED_CODE = """
+from numba.core import serialize
+space = vars(serialize) | {"interrupt": lambda: signal.raise_signal(signal.SIGINT)}
+exec("def called():\\n    interrupt()\\n    print('whole')", space)
+space["called"]()
+"""
+
+
+@pytest.mark.parametrize(("where", "said"), [(IN_A_DESTRUCTOR, ""), (WITHIN_COMPILED_CODE, "whole\n")])
+def test_an_interruption_waits_where_it_would_be_lost_or_crash(where, said, tmp_path):
+    done = run(tmp_path, f"import signal, time\nscene = Scene('block', 'Falls.')\n{where}\ntime.sleep(30)")
+    assert done.returncode == 130
+    assert (done.stdout, done.stderr.strip()) == (said, "Interrupted; the files written so far are whole.")
+
+
 def test_assembly_is_timed(scene):
     @scene.assembly
     def built():

@@ -86,9 +86,7 @@ class Scene:
 
     def __init__(self, name: str, description: str, arguments: Iterable[str] | None = None):
         self._started = time.perf_counter()
-        self._hook = sys.excepthook
-        if _is_script(sys._getframe(1).f_globals):
-            sys.excepthook = end_in_one_sentence
+        self._undo = end_in_one_sentence() if _is_script(sys._getframe(1).f_globals) else None
         self.name, self.description = name, description
         if arguments is None:
             arguments = os.environ.get("SCENE_OPTIONS", "").split() if _in_notebook() else sys.argv[1:]
@@ -230,8 +228,8 @@ class Scene:
         with write_aside(self.out / "summary.json") as aside:
             aside.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
         print(self._table())
-        if sys.excepthook is end_in_one_sentence:
-            sys.excepthook = self._hook
+        if self._undo is not None:
+            self._undo()
 
     def _table(self) -> str:
         """Lay out the summary for the terminal."""
