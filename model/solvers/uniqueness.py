@@ -31,6 +31,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dgecon, dgetrf
 
 from model.node_loop.node_loop import NodeLoop
 from model.node_loop.status import Status
@@ -40,7 +42,7 @@ from model.solvers.small_problem import block_diagonal, bordered_inverse, symmet
 from model.solvers.static_condensation import Condensation
 
 STEP = 1e-6  # relative: differences of a friction law are good to it
-SURE = 1e-8  # of the largest singular value, once all are scaled alike: half of the digits
+SURE = 1e-8  # of the largest, once all rows are scaled alike: half of the digits
 PACKAGE = str(Path(__file__).parents[1])  # a warning points to the line that called the package
 
 
@@ -76,25 +78,33 @@ def look_for_others(solver: Any, solution: Solution, turning: Callable[[], np.nd
     """
     if not isinstance(solver, ContactSolver) or not isinstance(solver.correction, Condensation):
         return False
-    if solver.loop.friction is None:
-        return turning is not None and _says_unstable(solver, solution, _of_free(turning(), solver.loop))
-    if not np.any(solution.status == Status.SLIP) or (turning is not None and solver.rigid.count):
+    loop = solver.loop
+    if loop.friction is not None and turning is not None and solver.rigid.count:
+        return False  # where the body is carried off there may be no answer, and the sum another
+    look = _on_hill if loop.friction is None else _beside_others
+    try:
+        said = look(solver, solution, _of_free(turning, loop))
+    except np.linalg.LinAlgError:  # rounding has left nothing of the stiffness
         return False
-    return _says_several(solver, solution, None if turning is None else _of_free(turning(), solver.loop))
+    if said:
+        kind = UnstableBalance if loop.friction is None else SeveralAnswers
+        warnings.warn(said, kind, skip_file_prefixes=(PACKAGE,))
+    return bool(said)
 
 
-def _of_free(turning: np.ndarray, loop: NodeLoop) -> np.ndarray:
-    """C (n, d, d) of what is not prescribed."""
+def _of_free(turning: Callable[[], np.ndarray] | None, loop: NodeLoop) -> np.ndarray:
+    """C (n, d, d) of what is not prescribed; zero on planes."""
     free = ~loop.uncoupled[loop.nodes]
-    return np.where(free[:, :, None] & free[:, None, :], turning, 0.0)
+    both = free[:, :, None] & free[:, None, :]
+    return np.zeros(both.shape) if turning is None else np.where(both, turning(), 0.0)
 
 
-def _says_unstable(solver: ContactSolver, solution: Solution, turning: np.ndarray) -> bool:
-    """Warn of a balance on a hill, without friction."""
+def _on_hill(solver: ContactSolver, solution: Solution, turning: np.ndarray) -> str:
+    """Say that a body without friction is balanced on a hill, if it is proved."""
     touching = np.flatnonzero(solution.gap <= 0.0)
     hills = touching[np.linalg.eigvalsh(turning[touching])[:, 0] < 0.0]
     if not hills.size:
-        return False
+        return ""
     frame, d = solver.loop.frame[touching], turning.shape[1]
     tangents = np.arange(touching.size * d).reshape(-1, d)[:, 1:].ravel()
     J = reduced_tangent(
@@ -102,26 +112,23 @@ def _says_unstable(solver: ContactSolver, solution: Solution, turning: np.ndarra
         tangents,
         block_diagonal((frame @ turning[touching] @ frame.transpose(0, 2, 1))[:, 1:, 1:]),
     )
-    if np.linalg.eigvalsh(0.5 * (J + J.T))[0] > -SURE * max(np.abs(J).max(initial=0.0), 1e-300):
-        return False
-    warnings.warn(
+    if np.linalg.eigvalsh(0.5 * (J + J.T))[0] > -SURE:
+        return ""
+    return (
         f"The body is balanced on a hill of the road, {touching.size} of its nodes touching it: the tangent "
         "has a negative eigenvalue, so that the smallest push would move it away, downhill; hold it by a "
-        "support, or let it start on the side to which it shall go.",
-        UnstableBalance,
-        skip_file_prefixes=(PACKAGE,),
+        "support, or let it start on the side to which it shall go."
     )
-    return True
 
 
-def _says_several(solver: ContactSolver, solution: Solution, turning: np.ndarray | None) -> bool:
-    """Warn of other answers, with friction."""
+def _beside_others(solver: ContactSolver, solution: Solution, turning: np.ndarray) -> str:
+    """Say that there are other answers with friction, if it is proved."""
     loop, status, pressure = solver.loop, solution.status, solution.pressure_force
     touching = np.flatnonzero(status != Status.FREE)
     slips = np.flatnonzero(status[touching] == Status.SLIP)
     degenerate = (solution.gap <= 0.0) & (pressure <= SEEN * pressure.max(initial=0.0))
-    if degenerate.any() or loop.given[touching[slips]].any():
-        return False
+    if not slips.size or degenerate.any() or loop.given[touching[slips]].any():
+        return ""
     frame, d = loop.frame[touching], loop.shape[1]
     tangents = (slips[:, None] * d + np.arange(1, d)).ravel()
     nodes = touching[slips]
@@ -129,29 +136,22 @@ def _says_several(solver: ContactSolver, solution: Solution, turning: np.ndarray
     slip = np.einsum("cab,cb->ca", loop.frame[nodes], slip)
     least = SEEN * max(np.abs(solution.displacement).max(), np.abs(solver.posed.reference).max())
     if np.linalg.norm(slip[:, 1:], axis=1).min() <= least:
-        return False
+        return ""
     by_pressure, support = _friction(solver, solution.pressure_force[nodes], nodes, slip, turning)
     S, G = _stiffness(solver.correction, touching, frame)
-    rubbed = np.zeros((tangents.size, S.shape[0]))
-    rows = np.arange(tangents.size).reshape(slips.size, d - 1)
-    rubbed[rows, (slips * d)[:, None]] = by_pressure
-    J = reduced_tangent(S, G, tangents, block_diagonal(support), rubbed)
-    sizes = np.linalg.svd(J, compute_uv=False)
-    if sizes[-1] <= SURE * sizes[0] or np.linalg.slogdet(J)[0] > 0.0:
-        return False
+    rubbed = (by_pressure[:, :, None] * S[slips * d][:, None, tangents]).reshape(tangents.size, -1)
+    if not is_negative(reduced_tangent(S, G, tangents, block_diagonal(support), rubbed)):
+        return ""
     posed, rigid = solver.posed, solver.rigid
     if rigid.count and not rigid.bears(posed.load, loop.normal, 0.0, BALANCE):
-        return False
+        return ""
     mu = float(np.max(loop.coefficient[touching]))
-    warnings.warn(
+    return (
         f"There are other answers than this one: with mu = {mu:g} and {slips.size} of {touching.size} nodes "
         "that touch in slip, the determinant of the tangent is negative, while the signs of all answers add "
         "up to 1. No load that only grows leads to this one; take load steps, or more of them, or a smaller "
-        "mu, or prescribe the motion in place of the force.",
-        SeveralAnswers,
-        skip_file_prefixes=(PACKAGE,),
+        "mu, or prescribe the motion in place of the force."
     )
-    return True
 
 
 def _stiffness(
@@ -170,11 +170,7 @@ def _stiffness(
 
 
 def reduced_tangent(
-    S: np.ndarray,
-    G: np.ndarray,
-    moves: np.ndarray,
-    added: np.ndarray,
-    rubbed: np.ndarray | None = None,
+    S: np.ndarray, G: np.ndarray, moves: np.ndarray, added: np.ndarray, rubbed: np.ndarray | None = None
 ) -> np.ndarray:
     """(1), by a congruence that makes S the unit matrix where it resists, and all rows alike in size.
 
@@ -187,30 +183,43 @@ def reduced_tangent(
         Unknowns that may move.
     added : (t, t)
         What is added to the rows and columns of these.
-    rubbed : (t, l), optional
-        Friction by the forces S u.
+    rubbed : (t, t), optional
+        Likewise, by friction that follows the forces S u.
 
     Returns
     -------
     (t, t)
         With the sign of the determinant, and if it is symmetric as many negative eigenvalues, as (1).
+
+    Raises
+    ------
+    LinAlgError
+        If rounding has left nothing of S in some motion.
     """
-    held = np.ones(len(S), dtype=bool)
-    held[moves] = False
-    N = np.zeros((moves.size, 0))
+    resists, N = S[np.ix_(moves, moves)], np.zeros((moves.size, 0))
     if G.shape[1]:
-        N = np.linalg.qr(G[moves] @ null_space(G[held], 1.0))[0]
-    P = np.linalg.svd(N)[0][:, N.shape[1] :] if N.shape[1] else np.eye(moves.size)
-    sizes, axes = np.linalg.eigh(P.T @ S[np.ix_(moves, moves)] @ P)
-    P = (P @ axes) / np.sqrt(np.maximum(sizes, SEEN**2 * sizes.max(initial=0.0) + 1e-300))
-    B, m = np.hstack([N, P]), N.shape[1]
-    J = B.T @ added @ B
-    J[m:, m:] += np.eye(P.shape[1])
-    if rubbed is not None:
-        J[:, m:] += B.T @ rubbed @ S[:, moves] @ P
+        N = np.linalg.qr(G[moves] @ null_space(np.delete(G, moves, axis=0), 1.0))[0]
+    J, m = added if rubbed is None else added + rubbed, N.shape[1]
+    if m:
+        Q = np.linalg.qr(N, mode="complete")[0]
+        resists, J = Q[:, m:].T @ resists @ Q[:, m:], Q.T @ J @ Q
+        J[:, :m] = Q.T @ added @ Q[:, :m]  # no force S u follows a rigid motion
+    L = np.linalg.cholesky(resists)
+    J = np.vstack([J[:m], solve_triangular(L, J[m:], lower=True)])
+    J = np.hstack([J[:, :m], solve_triangular(L, J[:, m:].T, lower=True).T])
+    J[m:, m:] += np.eye(len(L))
     size = np.maximum(np.abs(J).max(axis=0), np.abs(J).max(axis=1))
     scale = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
     return np.asarray(scale[:, None] * J * scale)
+
+
+def is_negative(J: np.ndarray) -> bool:
+    """Whether the determinant of J (t, t) is negative, by more than rounding."""
+    factor, swaps, _ = dgetrf(J)
+    if dgecon(factor, np.abs(J).sum(axis=0).max())[0] <= SURE:
+        return False
+    odd = np.count_nonzero(swaps != np.arange(swaps.size)) + np.count_nonzero(factor.diagonal() < 0.0)
+    return odd % 2 == 1
 
 
 def _friction(
@@ -218,7 +227,7 @@ def _friction(
     pressure: np.ndarray,
     nodes: np.ndarray,
     slip: np.ndarray,
-    turning: np.ndarray | None,
+    turning: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """How friction of candidates (k,) grows by pressure, (k, d - 1), and (1) without S, (k, d - 1, d - 1).
 
@@ -236,8 +245,7 @@ def _friction(
         t = slip[row, 1:] / s
         along, across = np.outer(t, t), beta / s * (np.eye(d - 1) - np.outer(t, t))
         by_pressure[row] = (more - beta) / (STEP * p) * t
+        C = (loop.frame[c] @ turning[c] @ loop.frame[c].T)[1:, 1:]
         support[row] = (farther - beta) / (STEP * s) * along + across
-        if turning is not None:
-            C = (loop.frame[c] @ turning[c] @ loop.frame[c].T)[1:, 1:]
-            support[row] += C + (beta / p) ** 2 * along @ C + across @ C * (slip[row, 0] / p)
+        support[row] += C + (beta / p) ** 2 * along @ C + across @ C * (slip[row, 0] / p)
     return by_pressure, support
