@@ -135,7 +135,6 @@ def newton_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
 def linear_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     """Solve for a step as `newton_step` with the nodes that graze at present."""
     (k, d), S = u.shape, arrays.S
-    arrays.steps[0] += 1
     moves = np.empty((k, d), dtype=np.bool_)  # free nodes whole, slip nodes along the surface
     for c in range(k):
         moves[c], moves[c, 0] = status[c] == FREE or status[c] == SLIP, status[c] == FREE
@@ -167,6 +166,7 @@ def linear_step(arrays, contact, u, status, R, force, bound, slip_rate, slight):
     drive = N.T @ missing
     if np.sum(drive**2) > slight**2 + 1e-3 * np.sum(missing**2):
         return step.reshape(k, d), True
+    arrays.steps[0] += 1
     try:
         step[numbers] = np.linalg.solve(J + largest * (N @ N.T), missing - N @ drive)
     except Exception:  # exactly singular: these slips have no unique answer, and a sweep or the path decides

@@ -28,12 +28,12 @@ from model.solvers.path_following import follow_path
 from model.solvers.semismooth_newton import Condensed, Found, newton, residual_of, secants
 
 ENOUGH = 1e-4  # of what the last springs pulled: residual of a proximal point, a start for the next
-AFTER = 2  # Newton steps on from a point that may pass before the residual must have halved
+AFTER = 2  # Newton steps from a point that may pass before the residual must have halved
 POINTS = 40  # at most
 FALL = 0.1  # of the springs from one proximal point to the next,
 SLOWEST = 0.7  # and where that is too quick its root, up to this
 STEADY = 0.05  # change of what springs pull that is none: where it stays below that
-FAR = 1e-3  # while the springs fall to so much, and no free node comes nearer
+FAR = 1e-3  # while the springs fall to so much, and no node comes nearer to the road or to where it sticks
 SLOW = 1e-6  # of the motion by more than so much, the motion never ends
 
 
@@ -246,7 +246,7 @@ def solved(
         held = with_springs(arrays, springs)
         pull = b + (springs @ last.u.ravel()).reshape(b.shape)
         enough = max(tolerance, ENOUGH * min(before / size, 1.0))
-        point = newton(held, contact, pull, last.u, last.status, *law, enough, slight)
+        point = newton(held, contact, pull, last.u, last.status, *law, enough, slight, AFTER)
         if not point.converged:
             point = by_path(held, contact, pull, point, False, point, law, enough, slight)
         if not point.converged:
@@ -254,12 +254,13 @@ def solved(
             if fall > SLOWEST:
                 break
             continue
+        settled = np.all(point.status == last.status)
         spring, fall, step, last = spring * fall, FALL, point.u - last.u, point
         force = (arrays.S @ last.u.ravel()).reshape(b.shape) - b
         if meets(last.u, force):
             return End(last.u, last.status, force, spring=spring)
         pulls = spring * np.linalg.norm(M @ step.ravel())
-        if pulls < 0.5 * before or pulls <= tolerance * size:
+        if settled and pulls < 0.5 * before or pulls <= tolerance * size:
             found = newton(arrays, contact, b, last.u, last.status, *law, tolerance, slight, AFTER)
             if found.converged:
                 return End(*found[:3])
@@ -267,7 +268,7 @@ def solved(
                 break
         if abs(pulls - before) > STEADY * before:
             same = spring
-        elif spring > FAR * same or np.any(step[last.status == FREE, 0] < -SLOW * np.abs(step).max()):
+        elif spring > FAR * same or nearer(contact, last, step, law[0]) > SLOW * np.abs(step).max():
             fall = FALL**2
         else:
             driven = pulls > SLOW * size
@@ -280,6 +281,13 @@ def solved(
     force = np.empty_like(b)
     residual_of(arrays, contact, b, last.u, last.status, np.empty_like(b), force, *law)
     return End(last.u, last.status, force, driven)
+
+
+def nearer(contact: Candidates, last: Found, step: np.ndarray, bound: int | None) -> float:
+    """By how much the last step (k, s) brought free nodes nearer to the road, others to where they stick."""
+    slip = last.u[:, 1:] - contact.reference
+    back = -np.sum(slip * step[:, 1:], axis=1) / np.maximum(np.linalg.norm(slip, axis=1), 1e-300)
+    return float(np.where(last.status == FREE, -step[:, 0], back if bound is not None else 0.0).max())
 
 
 def with_springs(arrays: Condensed, springs: np.ndarray) -> Condensed:
