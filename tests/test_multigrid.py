@@ -35,7 +35,6 @@ from model import (
 )
 from model.node_loop.blocks import (
     backward_sweep,
-    backward_sweep_with_defect,
     block_matrix,
     defect,
     diagonal_positions,
@@ -238,8 +237,8 @@ def test_sweeps_solve_with_a_triangle_of_the_matrix(size):
     assert np.allclose(z, other, rtol=0, atol=1e-13)
     assert np.allclose(rest, left, rtol=0, atol=1e-12)
     again = z.copy()
-    backward_sweep(size)(A, inverse, r, z)
-    backward_sweep_with_defect(size)(A, diagonal_positions(A), inverse, r, again, rest)
+    backward_sweep(size, False)(A, None, inverse, r, z, None)
+    backward_sweep(size, True)(A, diagonal_positions(A), inverse, r, again, rest)
     assert np.allclose(again, z, rtol=0, atol=1e-13)
     assert np.allclose(rest.ravel(), r.ravel() - full @ z.ravel(), rtol=0, atol=1e-12)
     upper = np.kron(np.triu(np.ones((n, n))), np.ones((size, size)))

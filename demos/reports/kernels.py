@@ -9,7 +9,6 @@ import numpy as np
 from geometry import compat  # noqa: F401  # comes before petsc4py
 from model.node_loop.blocks import (
     backward_sweep,
-    backward_sweep_with_defect,
     block_matrix,
     defect,
     diagonal_positions,
@@ -44,10 +43,8 @@ def kernel_seconds(problem: Any) -> tuple[dict[str, float], int]:
     runs = {
         "defect": lambda: defect(d)(A, load, u, r),
         "sweep from zero, with defect": lambda: sweep_from_zero(d)(A, middle, loop.inverse, load, u, r),
-        "backward sweep": lambda: backward_sweep(d)(A, loop.inverse, load, u),
-        "backward sweep, with defect": lambda: backward_sweep_with_defect(d)(
-            A, middle, loop.inverse, load, u, r
-        ),
+        "backward sweep": lambda: backward_sweep(d, False)(A, middle, loop.inverse, load, u, None),
+        "backward sweep, with defect": lambda: backward_sweep(d, True)(A, middle, loop.inverse, load, u, r),
         "sweep of the contact loop": lambda: loop.sweep(place, status),
     }
     scalar, csr = problem.A.tocsr(), (problem.A.indptr, problem.A.indices, problem.A.data)

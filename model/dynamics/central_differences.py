@@ -14,12 +14,10 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import bsr_array, diags_array
-from scipy.sparse.linalg import eigsh
 
 from checks import positive
 from model.dynamics.moving_body import MovingBody
 from model.dynamics.time_integrator import State, TimeIntegrator
-from model.one_rank import ONE_RANK
 from model.solvers.krylov import largest_eigenvalue
 from model.tolerances import TOLERANCE
 
@@ -101,15 +99,11 @@ def stable_step(body: MovingBody, lumped: np.ndarray) -> float:
     """
     scale = np.where(body.prescribed.ravel(), 0.0, 1.0 / np.sqrt(lumped))
     start, ranks = np.random.default_rng(0).standard_normal(lumped.size), body.ranks
-    if ranks is ONE_RANK:
-        K = diags_array(scale) @ body.K @ diags_array(scale)
-        highest = eigsh(K, k=1, which="LA", v0=start, return_eigenvectors=False, tol=LANCZOS)[0]
-    else:
-        shape = body.coordinates.shape
+    shape = body.coordinates.shape
 
-        def product(v: np.ndarray) -> np.ndarray:
-            ranks.update(v)
-            return np.asarray(scale * (body.K @ (scale * v.ravel()))).reshape(shape)
+    def product(v: np.ndarray) -> np.ndarray:
+        ranks.update(v)
+        return np.asarray(scale * (body.K @ (scale * v.ravel()))).reshape(shape)
 
-        highest = largest_eigenvalue(product, start.reshape(shape), LANCZOS, ranks.dot)
+    highest = largest_eigenvalue(product, start.reshape(shape), LANCZOS, ranks.dot)
     return 2.0 / float(np.sqrt(highest * (1.0 + LANCZOS)))

@@ -58,37 +58,26 @@ def column_defect(A, begin, end, x, r, ahead):
 
 
 @lru_cache
-def backward_sweep(size: int) -> Any:
-    """Compile a Gauss-Seidel sweep over the block rows from the last to the first.
+def backward_sweep(size: int, with_defect: bool) -> Any:
+    """Compile a Gauss-Seidel sweep over the block rows from the last to the first, with the defect it leaves.
 
     u_i += D_i^-1 (load - A u)_i, `inverse` (n, size, size) holding D_i^-1. Rows of blocks of three are read
     from their ends as well: so much memory arrives in time only if it is read one way throughout. Those of
     blocks of two are not: what the row before has just changed is then met late, and awaited less.
-    """
 
-    @njit(cache=True, error_model="numpy", fastmath=FUSED)
-    def sweep(A, inverse, load, u):
-        for i in range(A.indptr.size - 2, -1, -1):
-            r = row_defect(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD, size > 2, size)
-            relax(inverse, i, r, u)
-
-    return sweep
-
-
-@lru_cache
-def backward_sweep_with_defect(size: int) -> Any:
-    """Compile `backward_sweep` with the defect that it leaves, for the price of one product.
-
-    A must be symmetric, as for `sweep_from_zero`. What a later row adds to u changes the defects of rows that
-    have had their turn: its transpose, met in the same row, tells.
+    For the price of one product the defect is written into `rest` (n, size), which else is None. A must then
+    be symmetric, as for `sweep_from_zero`: what a later row adds to u changes the defects of rows that have
+    had their turn, and its transpose, met in the same row, tells.
     """
 
     @njit(cache=True, error_model="numpy", fastmath=FUSED)
     def sweep(A, middle, inverse, load, u, rest):
         for i in range(A.indptr.size - 2, -1, -1):
             r = row_defect(A, A.indptr[i], A.indptr[i + 1], load, u, i, -AHEAD, size > 2, size)
-            put(rest, i, r)
-            column_defect(A, middle[i], A.indptr[i + 1], relax(inverse, i, r, u), rest, -AHEAD)
+            x = relax(inverse, i, r, u)
+            if with_defect:
+                put(rest, i, r)
+                column_defect(A, middle[i], A.indptr[i + 1], x, rest, -AHEAD)
 
     return sweep
 

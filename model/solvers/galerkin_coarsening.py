@@ -23,7 +23,6 @@ from model.node_loop.blocks import (
     FUSED,
     BlockMatrix,
     backward_sweep,
-    backward_sweep_with_defect,
     defect,
     diagonal_positions,
     flat,
@@ -75,10 +74,7 @@ class Level:
 
     def sweep_back(self, r: np.ndarray, z: np.ndarray, rest: np.ndarray | None = None) -> None:
         """Sweep backwards for A z = r, and write what that leaves into `rest`, if it is asked for."""
-        if rest is None:
-            backward_sweep(r.shape[1])(self.A, self.inverse, r, z)
-        else:
-            backward_sweep_with_defect(r.shape[1])(self.A, self.middle, self.inverse, r, z, rest)
+        backward_sweep(r.shape[1], rest is not None)(self.A, self.middle, self.inverse, r, z, rest)
 
     def missing(self, r: np.ndarray, z: np.ndarray, rest: np.ndarray) -> None:
         """Write r - A z into `rest`."""

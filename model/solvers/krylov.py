@@ -149,7 +149,8 @@ def largest_eigenvalue(A: Operator, start: np.ndarray, tolerance: float, dot: Pr
         w = A(v) - beta * before
         diagonal.append(dot(w, v))
         w -= diagonal[-1] * v
-        values, vectors = eigh_tridiagonal(diagonal, beside)
+        last = len(beside)
+        values, vectors = eigh_tridiagonal(diagonal, beside, select="i", select_range=(last, last))
         beta = np.sqrt(dot(w, w))
         if beta * abs(vectors[-1, -1]) <= tolerance * abs(values[-1]):
             return float(values[-1])
