@@ -31,6 +31,7 @@ from model.node_loop.status import Status
 from model.problem.contact_problem import ContactProblem
 from model.problem.linear_limits import BeyondLinear, linear_limits
 from model.quasistatics.curved_contact import CurvedContact
+from model.quasistatics.other_answers import other_answers
 from model.quasistatics.solve import follow, solve
 from model.recording.checkpoint import load_checkpoint, save_checkpoint
 from model.recording.energy_balance import EnergyGrowth
@@ -131,6 +132,7 @@ __all__ = [
     "new_figure",
     "on_body",
     "on_curved_road",
+    "other_answers",
     "outlines",
     "pressure_figure",
     "save_checkpoint",

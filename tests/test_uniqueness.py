@@ -20,6 +20,7 @@ from model import (
     Status,
     UnstableBalance,
     follow,
+    other_answers,
     solve,
     viscous,
 )
@@ -136,7 +137,7 @@ def test_a_wedge_between_two_walls():
 
     Where only friction balances the load, the sum is not known to be 1, though it is, and nothing is said.
     """
-    random, counts, negative = np.random.default_rng(7), [], 0
+    random, counts, seen, negative = np.random.default_rng(7), [], [], 0
     for _ in range(25):
         elasticity = Elasticity(Body.from_grid(rectangle(1.0, 0.3, 1, 1)), Isotropic(1.0, 0.45))
         X, slope, mu = elasticity.body.coordinates, random.uniform(0.5, 1.2), random.uniform(2.0, 5.0)
@@ -149,7 +150,10 @@ def test_a_wedge_between_two_walls():
         found = answers(Q @ K.toarray() @ Q.T, Q @ b.ravel(), gap, mu)
         counts.append(len(found))
         assert sum(index for *_, index in found) == 1.0
-        solver = ContactSolver(ContactProblem(K, b, X, np.arange(4), normal, gap, mu), "direct")
+        problem = ContactProblem(K, b, X, np.arange(4), normal, gap, mu)
+        seen.append(len(other_answers(problem, solve(problem, "direct"), correction="direct")))
+        assert seen[-1] < len(found)
+        solver = ContactSolver(problem, "direct")
         for status, u, index in found if len(found) > 1 else []:
             there = (Q.T @ u.ravel()).reshape(4, 2)
             solution = solver.solve(start=there, start_status=np.array(status))
@@ -157,6 +161,7 @@ def test_a_wedge_between_two_walls():
             held = not solver.rigid.held_by_friction(b, normal)
             assert warned(look_for_others, solver, solution)[0] == (held and index < 0.0)
             negative += held and index < 0.0
+    assert sum(seen) > 5
     assert max(counts) == 9 and set(np.mod(counts, 2)) == {1} and negative > 3
 
 
