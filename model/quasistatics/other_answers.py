@@ -25,8 +25,8 @@ def other_answers(
 ) -> list[Solution]:
     """Solve again from other starts, and return the answers that differ.
 
-    All candidates stick at first, then those that touch, then these slip; then statuses are drawn at random, and
-    by how much the body is pushed and strained.
+    All candidates stick at first, then those that touch, then these slip; then statuses are drawn at random,
+    and by how much the body is pushed and strained.
 
     Parameters
     ----------
