@@ -122,6 +122,29 @@ def test_in_space_the_polygon_that_faces_the_slip_is_the_disc():
     np.testing.assert_allclose(u, [[0.0, slip * np.cos(angle), slip * np.sin(angle)]], atol=1e-12)
 
 
+@pytest.mark.parametrize("edges", [6, 24, 96])
+def test_the_finer_the_polygon_the_nearer_its_answer_to_that_with_the_disc(edges):
+    """It goes around the disc: by so much the friction of nodes that slip is more, whichever way they face."""
+    random = np.random.default_rng(edges)
+    k, mu = 6, 0.4
+    S = stiffness(random, k, 3, 0)[0] + np.eye(3 * k)
+    b, gap = 10.0 * random.normal(size=(k, 3)), random.uniform(0.0, 0.05, k)
+    angle = random.uniform(0.0, 7.0, (k, 1)) + 2.0 * np.pi * np.arange(edges) / edges
+    ways = np.stack([np.cos(angle), np.sin(angle)], axis=2)
+    u, status, found = pressed_to_the_road(S, b, gap, np.zeros((k, 2)), np.full(k, mu), ways)
+    p, *tau = ((S @ u.ravel()).reshape(b.shape) - b)[status == SLIP].T
+    assert found and p.size > 0
+    part = np.hypot(*tau) / (mu * p)
+    assert np.all(part > 1.0 - 1e-9) and np.all(part < 1.0 / np.cos(np.pi / edges) + 1e-9)
+
+
+@pytest.mark.parametrize("number", [9642, 9739, 30059, 4000815])
+def test_friction_that_turns_far_from_the_start_stops_a_body(number):
+    """Bodies so stiff that they turn as one about a node, which creep steadily until all slips have turned."""
+    outcome = tried(drawn(number))
+    assert outcome["outcome"] == "solved", outcome["said"]
+
+
 def test_a_load_that_lifts_the_body_off_has_no_answer():
     S = np.array([[0.0, 0.0], [0.0, 1.0]])
     ways = BOTH_WAYS[None]

@@ -26,7 +26,7 @@ from numba import njit
 
 from model.node_loop.contact_sweep import FREE, SLIP, STICK
 
-CHANGES = 1  # for each unknown, and a few: a longer path had better start from nearer,
+CHANGES = 1  # for each unknown, or two ways, and a few: a longer path had better start from nearer,
 WHOLE = 4  # but not one from nodes pressed to the road, which 12,000 random problems ended within 3.3
 APART = 1e-3  # of the forces at work: so far from every change a path begins, lest two come at once
 
@@ -57,7 +57,7 @@ def follow_path(S, b, gap, reference, mu, ways, u, force, status, pressed):
         Changes.
     """
     k, d = u.shape
-    n, own = k * d, np.empty(k)
+    n, m, own = k * d, ways.shape[1], np.empty(k)
     for c in range(k):
         own[c] = max(np.abs(S[c * d : (c + 1) * d, c * d : (c + 1) * d]).max(), 1e-12 * np.abs(S).max())
     x, piece = start_of_path(S, b, gap, reference, mu, ways, u, force, status, own, pressed)
@@ -68,7 +68,7 @@ def follow_path(S, b, gap, reference, mu, ways, u, force, status, pressed):
         A[c * d : (c + 1) * d, n] = R[c]
         enter(A, S, c, basis(piece[c], mu[c], ways[c]), own[c])
     t = 0.0
-    for count in range(1, (WHOLE if pressed.any() else CHANGES) * n + 20):
+    for count in range(1, (WHOLE if pressed.any() else CHANGES) * k * max(d, m // 2) + 20):
         try:
             rates = np.linalg.solve(A, right)
         except Exception:  # exactly singular

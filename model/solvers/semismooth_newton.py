@@ -33,7 +33,6 @@ from model.solvers.iterative_refinement import ROUNDING
 CHAIN = 5  # Newton steps that may pass before the residual must have halved
 TRIALS = 4  # parts of a step, each half of the last, of which one is taken
 QUICK = 0.1  # of the residual: after a Newton step that leaves no more a sweep must not raise it by rounding
-EDGES = 6  # of the polygon that stands for a friction disc
 
 
 class Condensed(NamedTuple):
@@ -274,10 +273,13 @@ def rounding_of(arrays, b, u, force, slight):
 
 
 @njit(cache=True, error_model="numpy")
-def secants(contact, u, status, force, bound, slip_rate):
-    """Ratios (k,) of friction to pressure; ways (k, m, d - 1) along the road, the first against friction."""
+def secants(contact, u, status, force, bound, slip_rate, edges):
+    """Ratios (k,) of friction to pressure; ways (k, m, d - 1) along the road, the first against friction.
+
+    m is the number of edges in space, 2 in the plane, 0 without friction.
+    """
     k, d = u.shape
-    mu, edges = np.zeros(k), 0 if bound is None else 2 if d == 2 else EDGES
+    mu, edges = np.zeros(k), 0 if bound is None else 2 if d == 2 else edges
     ways = np.empty((k, edges, d - 1))
     for c in range(k):
         if bound is not None:

@@ -10,8 +10,9 @@ modes, where it has any. Newton's steps solve (1) from the last point, or else a
 where they came nearest, or the springs fall less. A point at which other nodes meet the road is the last of
 its problem: with them it is the first of the next. The force of the springs goes to zero where there is an
 answer, and Newton's steps go on from there without, or a path where they fail; where the load moves the body
-for ever, it goes to what drives it. Large friction may hold the body all the same: that is tried last, by the
-path from all nodes pressed to the road.
+for ever, it goes to what drives it. Friction may hold the body all the same, elsewhere or once all slips have
+turned: that is tried last, by the path from all nodes pressed to the road. In space a hexagon stands for the
+friction disc, and where Newton's steps fail from there a finer polygon, turned to the friction that it gave.
 """
 
 from collections.abc import Callable
@@ -35,6 +36,7 @@ SLOWEST = 0.7  # and where that is too quick its root, up to this
 STEADY = 0.05  # change of what springs pull that is none: where it stays below that
 FAR = 1e-3  # while the springs fall to so much, and no node comes nearer to the road or to where it sticks
 SLOW = 1e-6  # of the motion by more than so much, the motion never ends
+EDGES = 6, 24  # of the polygons that stand for a friction disc
 
 
 class SmallProblem:
@@ -274,10 +276,9 @@ def solved(
             driven = pulls > SLOW * size
             break
         before = pulls
-    for pressed in (True,) if driven else (False, True):
-        found = by_path(arrays, contact, b, last, pressed, found, law, tolerance, slight)
-        if found.converged:
-            return End(*found[:3])
+    found = by_path(arrays, contact, b, last, True, found, law, tolerance, slight)
+    if found.converged:
+        return End(*found[:3])
     force = np.empty_like(b)
     residual_of(arrays, contact, b, last.u, last.status, np.empty_like(b), force, *law)
     return End(last.u, last.status, force, driven)
@@ -311,15 +312,25 @@ def by_path(
     tolerance: float,
     slight: float,
 ) -> Found:
-    """Follow a path from a start, or from all nodes pressed to the road, with the friction of a guess."""
-    mu, ways = secants(contact, guess.u, guess.status, guess.force, *law)
-    u, status, force = (v.copy() for v in start[:3])
-    everybody = np.full(status.size, pressed)
-    arrived, count = follow_path(
-        arrays.S, b, contact.gap, contact.reference, mu, ways, u, force, status, everybody
-    )
-    arrays.steps[0] += count
-    return newton(arrays, contact, b, u, status, *law, tolerance, slight) if arrived else guess
+    """Follow a path from a start, or from all nodes pressed to the road, with the friction of a guess.
+
+    In space the latter may be followed again, with the friction to which it has led.
+    """
+    for edges in EDGES if pressed else EDGES[:1]:
+        mu, ways = secants(contact, guess.u, guess.status, guess.force, *law, edges)
+        u, status, force = (v.copy() for v in start[:3])
+        everybody = np.full(status.size, pressed)
+        arrived, count = follow_path(
+            arrays.S, b, contact.gap, contact.reference, mu, ways, u, force, status, everybody
+        )
+        arrays.steps[0] += count
+        if not arrived:
+            break
+        found = newton(arrays, contact, b, u, status, *law, tolerance, slight)
+        if found.converged:
+            return found
+        guess = Found(u, status, force, False)
+    return guess
 
 
 def block_diagonal(blocks: np.ndarray) -> np.ndarray:
