@@ -124,7 +124,7 @@ def test_in_space_the_polygon_that_faces_the_slip_is_the_disc():
 
 @pytest.mark.parametrize("edges", [6, 24, 96])
 def test_the_finer_the_polygon_the_nearer_its_answer_to_that_with_the_disc(edges):
-    """It goes around the disc: by so much the friction of nodes that slip is more, whichever way they face."""
+    """It goes around the disc: by so much the friction of nodes that slip is more, however it is turned."""
     random = np.random.default_rng(edges)
     k, mu = 6, 0.4
     S = stiffness(random, k, 3, 0)[0] + np.eye(3 * k)
@@ -140,7 +140,7 @@ def test_the_finer_the_polygon_the_nearer_its_answer_to_that_with_the_disc(edges
 
 @pytest.mark.parametrize("number", [9642, 9739, 30059, 4000815])
 def test_friction_that_turns_far_from_the_start_stops_a_body(number):
-    """Bodies so stiff that they turn as one about a node, which creep steadily until all slips have turned."""
+    """Bodies so stiff that they turn as one about a node; they creep steadily until all slips have turned."""
     outcome = tried(drawn(number))
     assert outcome["outcome"] == "solved", outcome["said"]
 
