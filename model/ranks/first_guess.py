@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_array, csr_array, diags_array
+from scipy.sparse import csr_array
 
 from model.node_loop.node_loop import NodeLoop
 from model.problem.contact_problem import ContactProblem
 from model.ranks.gathered_meshes import GatheredCycle
 from model.solvers.contact_solver import ContactSolver
 from model.solvers.convergence_record import Record
-from model.solvers.truncated_multigrid import CoarserMesh
+from model.solvers.truncated_multigrid import CoarserMesh, with_unit_diagonal
 
 
 class SharedCoarserMesh(CoarserMesh):
@@ -61,10 +61,8 @@ class GatheredCoarserMesh(SharedCoarserMesh):
         marks[self.nodes] = True
         self.everybody = np.flatnonzero(mesh.gather(marks))
         self.own = np.searchsorted(self.everybody, mesh.number[self.nodes])
-        A = mesh.matrix(level.coarser.A)
-        empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)  # truncation has left nothing there
         problem = ContactProblem(
-            bsr_array(A + diags_array(empty), blocksize=A.blocksize),
+            with_unit_diagonal(mesh.matrix(level.coarser.A)),
             np.zeros((mesh.size, coordinates.shape[1])),
             mesh.gather(coordinates),
             self.everybody,

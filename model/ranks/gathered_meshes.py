@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from copy import copy
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from scipy.sparse import bsr_array, csr_array
 
 from model.node_loop.blocks import BlockMatrix, diagonal_positions
-from model.solvers.galerkin_coarsening import Level, columns_of, hierarchy, invert_diagonal, recompute
+from model.solvers.galerkin_coarsening import Level, hierarchy, invert_diagonal
 from model.solvers.truncated_multigrid import Cycle
 
 SMALL = 3_000  # unknowns: a sweep over them takes no longer than what ranks would tell each other meanwhile
@@ -116,8 +115,5 @@ class GatheredCycle:
         invert_diagonal(finest, changed)
         if self._cycle is None:
             self._cycle = Cycle(hierarchy(finest, self.prolongations))
-            return
-        for fine, coarse in pairwise(self._cycle.levels):
-            changed = columns_of(fine.P, changed, len(coarse.inverse))
-            recompute(fine, coarse, changed)
-        self._cycle.solve_coarsest = None
+        else:
+            self._cycle.renew(changed)

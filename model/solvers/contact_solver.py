@@ -25,6 +25,7 @@ from model.solvers.iterative_refinement import gap_at, missing_at, rounding_floo
 from model.solvers.smoothed_aggregation import algebraic
 from model.solvers.static_condensation import Condensation
 from model.solvers.truncated_multigrid import bsr, geometric
+from model.tolerances import ON_ROAD
 
 # Unknowns beyond which another correction is quicker, set-up included. Processor time to a natural residual
 # of 1e-8, direct / multigrid / algebraic in ms: Hertz's half cylinder of 498 unknowns 5 / 5 / 7, of 1,890
@@ -536,7 +537,7 @@ class ContactSolver:
         loop, nodes, there = self.loop, self.loop.nodes, u[self.loop.nodes]
         held = loop.uncoupled[nodes] & (not loop.uncoupled.all())  # a diagonal matrix prescribes nothing
         gap = gap + np.einsum("ca,ca->c", loop.normal, there)
-        near = 1e-12 * length_scale(self.problem.coordinates)
+        near = ON_ROAD * length_scale(self.problem.coordinates)
         self.ranks.agree(held_below_road(gap, loop.normal, nodes, held, there, near))
 
 

@@ -105,10 +105,13 @@ class Cycle:
         finest.inverse[nodes] = projected_inverses(blocks, projectors, tests)
         finest.hold(nodes, projectors, tests)
         self.symmetric = np.array_equal(finest.L[finest.held], finest.T[finest.held])
+        self.renew(columns_of(finest.A, nodes, len(finest.inverse)))
+
+    def renew(self, changed: np.ndarray) -> None:
+        """Compute the coarser matrices anew where rows (k,) of the finest have changed."""
         self.solve_coarsest = None
-        changed = columns_of(finest.A, nodes, finest.inverse.shape[0])
         for fine, coarse in pairwise(self.levels):
-            changed = columns_of(fine.P, changed, coarse.inverse.shape[0])
+            changed = columns_of(fine.P, changed, len(coarse.inverse))
             recompute(fine, coarse, changed)
 
     def __call__(self, r: np.ndarray, number: int = 0, left: np.ndarray | None = None) -> np.ndarray:
@@ -532,7 +535,7 @@ class CoarserMesh:
         kept, coarse = copies_of(weights[0])
         rigid = rigid.of_coarser_mesh(kept[np.argsort(coarse)], self.nodes)
         if len(weights) == 1:
-            self.correction = condensation(loop, rigid)
+            self.correction = Condensation(with_unit_diagonal(bsr(loop.A)), loop, rigid)
         else:
             coarser = CoarserMesh(loop, levels[1:], weights[1:], rigid)
             modes = inject(rigid.modes, weights[1:])
@@ -599,12 +602,10 @@ class CoarserMesh:
         return e, loop.gaps(e, status), status
 
 
-def condensation(loop: NodeLoop, rigid: RigidModes) -> Condensation:
-    """The correction `direct` on a coarse mesh, with a unit diagonal where truncation left nothing."""
-    A = bsr(loop.A)
+def with_unit_diagonal(A: bsr_array) -> bsr_array:
+    """Return a coarse matrix (n d, n d), with a unit on its diagonal where truncation has left nothing."""
     empty = np.where(A.diagonal() == 0.0, 1.0, 0.0)
-    A = bsr_array(A + diags_array(empty), blocksize=A.blocksize)
-    return Condensation(A, loop, rigid)
+    return bsr_array(A + diags_array(empty), blocksize=A.blocksize)
 
 
 def geometric(loop: NodeLoop, prolongations: Sequence[csr_array], rigid: RigidModes) -> Multigrid:
