@@ -22,6 +22,7 @@ from model.problem.rigid_modes import RigidModes
 STEPS = 300
 LONG = 0.25  # of the size: a step of a body on the road
 AWAY = 1e3  # sizes that a body falls, or slides, before it is said to have left
+FAR = 1e2  # and those beyond which it has left if it is not at rest after all steps
 DEEP = 0.1  # of a step: who comes so far below the road has been misled by the planes
 TRUE = 0.02  # and who does not even so much may go farther
 FINE = 1e-10  # of the size: nodes that hold a body at rest are as near to the road
@@ -79,6 +80,7 @@ def approach(
     unit = 1.0 / np.abs(modes).max()
     q, step, travelled, touching = np.zeros(rigid.count), LONG * size, 0.0, np.inf
     gap, normal, _ = road.closest(points)
+    far = size + max(float(gap.max()), 0.0)
     for _ in range(STEPS):
         touching = min(touching, TRUE * step)
         near = gap <= touching
@@ -106,6 +108,9 @@ def approach(
         if deep < TRUE * length:
             step *= 2.0
         q, gap, normal, travelled = q + move, there, next_normal, travelled + length
-        if travelled > AWAY * (size + max(float(road.closest(points)[0].max()), 0.0)):
+        if travelled > AWAY * far:
             raise CarriedOff(rigid.in_words(left), travelled)
+    else:
+        if np.abs(modes @ q).max() > FAR * far:
+            raise CarriedOff(rigid.in_words(q), travelled)
     return (rigid.modes @ q).reshape(b.shape), rigid.holding(b, normal, gap <= touching)

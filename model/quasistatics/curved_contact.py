@@ -146,19 +146,20 @@ class CurvedContact:
         """
         nothing = np.zeros(status.size)
         if status.any():
-            yield Beginning(u, np.where(status > 0, self.pressure, 0.0), status, LONG)
+            pressure = np.where(status > 0, self.pressure, 0.0)
+            yield Beginning(u, pressure, status, LONG, held=bool(pressure.any()))
             u = np.zeros_like(u)
         try:
             motion, held = self._let_go(road, anchor, u, load)
         except CarriedOff as gone:
             yield gone
-            yield Beginning(u, nothing, nothing, LONG)
+            yield Beginning(u, nothing, nothing, LONG, held=True)
         else:
             rest = u + motion, held, np.where(held > 0.0, Status.SLIP, Status.FREE)
             if motion.any():
-                yield Beginning(*rest, LONG)
-            yield Beginning(u, nothing, nothing, LONG)
-            yield Beginning(*rest, NO_LEAP)
+                yield Beginning(*rest, LONG, held=bool(held.any()))
+            yield Beginning(u, nothing, nothing, LONG, held=False)
+            yield Beginning(*rest, NO_LEAP, held=bool(held.any()))
 
     def _let_go(
         self, road: Any, anchor: np.ndarray, u: np.ndarray, load: np.ndarray

@@ -21,7 +21,7 @@ import numpy as np
 
 from model.curved.tangent_planes import RoadPlanes, at_anchors, softness
 from model.problem.rigid_modes import RigidModes
-from model.quasistatics.approach import AWAY, CarriedOff
+from model.quasistatics.approach import AWAY, CarriedOff, approach
 from model.quasistatics.descent import Descent
 from model.quasistatics.proximal_springs import ProximalSprings
 from model.solvers.contact_solver import ContactSolver, Solution
@@ -34,6 +34,7 @@ FALLS = 0.5  # of what forces turned: more is no step of Newton's method
 # times a node's own softness: a hollow of 4,000 facets needs more than one, a bump was not seen from 1e51;
 # both converge with 1e1 to 1e6
 SOFTEST = 1e3
+BENT = 1.0  # sizes by which strain moves a node: it is of the order of 1 then
 IDLE = 8.0  # times the tolerance: what springs may still pull
 
 
@@ -54,12 +55,16 @@ class Posed:
 
 
 class Beginning(NamedTuple):
-    """Where to begin: displacement (N, d), pressures and status (n,), and the longest step in sizes."""
+    """Where to begin: displacement (N, d), pressures and status (n,), and the longest step in sizes.
+
+    `held` is whether springs hold the body from the first.
+    """
 
     u: np.ndarray
     pressure: np.ndarray
     status: np.ndarray
     longest: float
+    held: bool
 
 
 class SequentialProgramming:
@@ -87,12 +92,13 @@ class SequentialProgramming:
         self.places = anchor if posed.marks is None else posed.marks(anchor)
         force = self.ranks.sum(float(np.abs(self.ranks.own(posed.load)).sum()))
         self.hold = ProximalSprings(posed.rigid, force / posed.size, points.shape)
-        if begin.pressure.any():  # it rests, about: far from there it has no business
+        if begin.held:
             self.hold.tighten()
         self.descent = Descent(self.loop, self.planes, points, posed.rigid)
         turns = self.ranks.any(bool((self.planes.normal != self.planes.normal[:1]).any()))
         self._enough = LOOSE if turns else 0.0
         self._springs = np.zeros_like(self.planes.springs)
+        self._seen = posed.size  # how far it has gone before it is looked whether it would ever rest
         self._convex, self._patience = 0, 0  # iterations without hills, to come and the last time
         self._solutions: list[Solution] = []
 
@@ -105,7 +111,11 @@ class SequentialProgramming:
                     return self._all_iterations()
         finally:
             self.loop.put_springs(None)
-        raise self._not_converged()
+        raise self._not_converged(
+            f"after {ITERATIONS} iterations nodes are {self.planes.distances[-1]:.1e} off it, or their forces "
+            "still turn; take smaller load steps, or refine the body where the road is sharper than its "
+            "elements."
+        )
 
     def _on_planes(self) -> Solution | None:
         """The solution on the planes, with springs; None where these were too soft for there to be one."""
@@ -177,13 +187,32 @@ class SequentialProgramming:
             self.u = solution.displacement
             return 1.0, 1.0
         travelled = float(np.abs(self.u - self.begin.u).max())
-        if travelled > AWAY * posed.size and posed.rigid.count:
-            motion = posed.rigid.modes.T @ (self.u - self.begin.u).ravel()
-            raise CarriedOff(posed.rigid.in_words(motion), travelled)
+        if travelled > self._seen and posed.rigid.count:
+            self._seen = 2.0 * travelled
+            self._require_rest(solution.displacement, travelled)
         reach = self.begin.longest * (posed.size + travelled)
         longest = reach / (wanted or reach)
         self.u, part = self.descent.step(self.u, solution, pull, longest)
         return part, min(longest, 1.0)
+
+    def _require_rest(self, u: np.ndarray, travelled: float) -> None:
+        """Refuse a body that has gone too far, or that let go at u (N, d), rigid from now on, would do so."""
+        posed, rigid = self.posed, self.posed.rigid
+        try:
+            if travelled > AWAY * posed.size:
+                motion = rigid.modes.T @ (self.u - self.begin.u).ravel()
+                raise CarriedOff(rigid.in_words(motion), travelled)
+            mu = 0.0 if self.loop.friction is None else self.loop.coefficient
+            at = posed.points + u[self.nodes]
+            approach(posed.road, at, rigid, posed.load, mu, self.planes.anchor, posed.size)
+        except CarriedOff as gone:
+            bent = float(np.abs(u - rigid.part_of(u)).max()) / posed.size
+            if bent > BENT:
+                raise self._not_converged(
+                    f"the load deforms the body by {bent:.3g} times its size, where linear strain is no model "
+                    "of it, and then carries it off; take a smaller load, or a stiffer body."
+                ) from gone
+            raise
 
     def _prepare(self) -> None:
         """Guess the next solution: nodes that touch are on the road."""
@@ -211,19 +240,15 @@ class SequentialProgramming:
         most = max(s.most_steps for s in self._solutions)
         return replace(self._solutions[-1], gap=self.planes.gap, most_steps=most, **total)
 
-    def _not_converged(self) -> NotConverged:
-        distances = self.planes.distances
+    def _not_converged(self, said: str) -> NotConverged:
         return NotConverged(
-            f"No convergence on the curved road: after {ITERATIONS} iterations nodes "
-            f"are {distances[-1] if distances else np.inf:.1e} "
-            "off it, or their forces still turn; take smaller load steps, or refine the body where the road "
-            "is sharper than its elements.",
+            f"No convergence on the curved road: {said}",
             Record(
                 self.posed.tolerance,
-                ITERATIONS,
+                len(self._solutions),
                 lambda: sum(s.sweeps for s in self._solutions),
                 progress=False,
-                history=distances,
+                history=self.planes.distances,
                 cycles=sum(s.cycles for s in self._solutions),
             ),
         )
