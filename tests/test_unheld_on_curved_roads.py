@@ -13,6 +13,7 @@ from geometry import (
     LinearRoad,
     Plane,
     RoundRoad,
+    SeveralRoads,
     ShiftedRoad,
     SmoothRoad,
     half_cylinder,
@@ -149,6 +150,35 @@ def test_it_takes_little_to_see_that_a_strap_slips(monkeypatch):
     with pytest.raises(ValueError, match="carries the body off"):
         strap_over_drum(3.0, 0.3, 60)
     assert len(calls) < 60
+
+
+@pytest.mark.parametrize(("friction", "tilt"), [(None, 0.0), (0.7, 0.0), (0.7, 0.4)])
+def test_it_takes_few_solves_to_see_that_a_box_falls_between_two_walls(monkeypatch, friction, tilt):
+    calls, once = [], ContactSolver.solve
+
+    def counted(*args, **options):
+        calls.append(1)
+        return once(*args, **options)
+
+    monkeypatch.setattr(ContactSolver, "solve", counted)
+    down = np.array([np.sin(tilt), -np.cos(tilt)])
+    elasticity = Elasticity(Body.from_grid(rectangle(1.0, 1.0, 6, 6)), Isotropic(1e6, 0.3))
+    elasticity.body.mark("skin", lambda x: np.abs(x[:2] - 0.5).max(axis=0) > 0.5 - 1e-9)
+    system = elasticity.system(elasticity.body_force(down), Support(elasticity.body))
+    walls = SeveralRoads([Plane((-0.2, 0.0), (1.0, 0.0)), Plane((1.2, 0.0), (-1.0, 0.0))])
+    with pytest.raises(ValueError, match="carries the body off"):
+        solve(BodyOnRoad(system, "skin", walls, friction=friction), progress=False)
+    assert len(calls) <= 12
+
+
+def test_a_body_that_its_load_crushes_is_not_said_to_be_carried_off():
+    elasticity = Elasticity(Body.from_grid(rectangle(1.0, 1.0, 6, 6)), Isotropic(1.0, 0.3))
+    elasticity.body.mark("middle", lambda x: (x[1] > 1.0 - 1e-9) & (np.abs(x[0] - 0.5) < 0.17))
+    support = Support(elasticity.body).fix("middle", x=0.0)
+    system = elasticity.system(elasticity.total_force("top", (0.0, -300.0)), support)
+    hill = RoundRoad((0.5, 0.0), (0.0, 1.0), 1.0)
+    with pytest.raises(NotConverged, match="deforms the body by"):
+        solve(BodyOnRoad(system, "bottom", hill, friction=0.05), progress=False)
 
 
 @pytest.mark.parametrize("correction", ["direct", "algebraic"])

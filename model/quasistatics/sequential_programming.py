@@ -111,10 +111,10 @@ class SequentialProgramming:
                     return self._all_iterations()
         finally:
             self.loop.put_springs(None)
+        off = (self.planes.distances or [np.inf])[-1]
         raise self._not_converged(
-            f"after {ITERATIONS} iterations nodes are {self.planes.distances[-1]:.1e} off it, or their forces "
-            "still turn; take smaller load steps, or refine the body where the road is sharper than its "
-            "elements."
+            f"after {ITERATIONS} iterations nodes are {off:.1e} off it, or their forces still turn; take "
+            "smaller load steps, or refine the body where the road is sharper than its elements."
         )
 
     def _on_planes(self) -> Solution | None:
@@ -209,8 +209,8 @@ class SequentialProgramming:
             bent = float(np.abs(u - rigid.part_of(u)).max()) / posed.size
             if bent > BENT:
                 raise self._not_converged(
-                    f"the load deforms the body by {bent:.3g} times its size, where linear strain is no model "
-                    "of it, and then carries it off; take a smaller load, or a stiffer body."
+                    f"the load deforms the body by {bent:.3g} times its size, where linear strain is no "
+                    "model of it, and then carries it off; take a smaller load, or a stiffer body."
                 ) from gone
             raise
 
