@@ -189,15 +189,15 @@ class SequentialProgramming:
         travelled = float(np.abs(self.u - self.begin.u).max())
         if travelled > self._seen and posed.rigid.count:
             self._seen = 2.0 * travelled
-            self._require_rest(solution.displacement, travelled)
+            self._require_rest(posed.rigid, solution.displacement, travelled)
         reach = self.begin.longest * (posed.size + travelled)
         longest = reach / (wanted or reach)
         self.u, part = self.descent.step(self.u, solution, pull, longest)
         return part, min(longest, 1.0)
 
-    def _require_rest(self, u: np.ndarray, travelled: float) -> None:
+    def _require_rest(self, rigid: RigidModes, u: np.ndarray, travelled: float) -> None:
         """Refuse a body that has gone too far, or that let go at u (N, d), rigid from now on, would do so."""
-        posed, rigid = self.posed, self.posed.rigid
+        posed = self.posed
         try:
             if travelled > AWAY * posed.size:
                 motion = rigid.modes.T @ (self.u - self.begin.u).ravel()
