@@ -370,6 +370,11 @@ DOORS = [
         },
     ),
     (
+        model.other_answers,
+        {"contact": Of("contact"), "solution": Of("solution")},
+        {"contact": [None, "a", 3], "solution": [None, "a", 3], "tries": [*WHOLE, 0], "seed": WHOLE},
+    ),
+    (
         model.FiniteContact,
         {"contact": Of("finite")},
         {"contact": [None, "a", 3], "tolerance": [*POSITIVE, 1.0]},

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from checks import whole
+from checks import is_contact, refused, whole
 from model.node_loop.status import Status
+from model.problem.contact_problem import ContactProblem
 from model.problem.rigid_modes import centred
 from model.quasistatics.solve import solve
 from model.solvers.contact_solver import Solution
@@ -49,7 +50,7 @@ def other_answers(
     Raises
     ------
     ValueError
-        As `solve`, or if `tries` is no whole number >= 1.
+        As `solve`, or if `solution` is none, `tries` no whole number >= 1, or `seed` none >= 0.
 
     Examples
     --------
@@ -70,7 +71,12 @@ def other_answers(
     >>> [Status(answer.status[0]).name for answer in (found, *others)]
     ['FREE', 'STICK']
     """
+    if not isinstance(solution, Solution):
+        raise refused("solution", "what solve returned", solution)
     whole(1, tries=tries)
+    whole(0, seed=seed)
+    if not isinstance(contact, ContactProblem):
+        is_contact(contact)
     if solution.time is not None:
         options.setdefault("time", solution.time)
     found = [solution]
