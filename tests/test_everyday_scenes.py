@@ -92,17 +92,19 @@ def test_the_judge_proves_nothing_of_bodies_that_rest(number):
     assert has_equilibrium(_posed(drawn(number)), programmes=200) is not False
 
 
-@pytest.mark.parametrize("turned", [-1.05, -0.95, 0.5, 0.95, 1.05])
-def test_a_stool_is_turned_if_and_only_if_the_moment_is_more_than_friction_has(turned):
-    # on three feet at distance r from its axis, a third of its weight P on each: mu P r
-    angle, P, mu, gap = 2 * np.pi / 3 * np.arange(3), 1.0, 0.3, 0.01
-    feet = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3)])
-    x = np.vstack([feet, [0.0, 0.0, 1.0]])
-    load = np.zeros((4, 3))
-    load[3, 2] = -P
-    load[:3] = turned * mu * P / 3 * np.cross([0.0, 0.0, 1.0], feet)
-    up = np.tile([0.0, 0.0, 1.0], (3, 1))
-    posed = Posed(truss(x), load, x, np.arange(3), up, np.full(3, gap), mu, np.zeros((3, 3)))
+@pytest.mark.parametrize(
+    ("turned", "feet"), [(-1.05, 3), (-0.95, 3), (0.5, 3), (0.95, 3), (1.05, 3), (-1.05, 8), (1.05, 8)]
+)
+def test_a_stool_is_turned_if_and_only_if_the_moment_is_more_than_friction_has(turned, feet):
+    # its weight P, however shared by feet at distance r from its axis, gives them mu P r
+    angle, P, mu, gap = 2 * np.pi / feet * np.arange(feet), 1.0, 0.3, 0.01
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(feet)])
+    x = np.vstack([ring, [0.0, 0.0, 1.0]])
+    load = np.zeros_like(x)
+    load[-1, 2] = -P
+    load[:feet] = turned * mu * P / feet * np.cross([0.0, 0.0, 1.0], ring)
+    up, none = np.tile([0.0, 0.0, 1.0], (feet, 1)), np.zeros((feet, 3))
+    posed = Posed(truss(x), load, x, np.arange(feet), up, np.full(feet, gap), mu, none)
     assert has_equilibrium(posed) == (abs(turned) < 1.0)
 
 

@@ -18,8 +18,8 @@
 # - **refused, confirmed**: a rigid motion that nothing stops is driven by the load, and the judge finds it too;
 # - **refused wrongly**: it finds none;
 # - **none exists, proved**: on a plane, with friction, the solver did not converge, and the judge proves that there is
-#   no equilibrium: branch and bound over which nodes touch and where they slip, each case a linear programme (HiGHS)
-#   without a solution;
+#   no equilibrium: branch and bound over which nodes touch and where they slip, each case a conic programme (Clarabel)
+#   that has no solution, as its dual tells;
 # - **not converged**: the solver says so itself, and the judge proves nothing. Those **endless, seen twice** are among
 #   them: the rigid body in a fluid, let go under Coulomb's law, ends in a motion that nothing stops, by conic programmes
 #   alone: a second calculation, but no proof that there is no equilibrium elsewhere.

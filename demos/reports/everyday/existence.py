@@ -1,38 +1,39 @@
-"""Whether a body has an equilibrium on a plane road under Coulomb's law: branch and bound on linear programmes.
+"""Whether a body has an equilibrium on a plane road under Coulomb's law: branch and bound on conic programmes.
 
 Forces f of the candidates, p along normals and tau along the road, and amplitudes q of the free motions R
 decide everything: the forces balance the load in the free motions, and the nodes are displaced by
 u = W f + R q + u0. A candidate is free (f = 0) or on the road (gap 0), and there it sticks (no slip s), or slips
 and tau = -mu p s/|s|. One that is not decided may have a gap and a force at once, and any |tau| <= mu p; of a
 slip between two directions the opposite of tau lies in the convex hull of an arc of radius mu p. At an
-equilibrium the sum over p gap + tau.s, which is convex in (f, q), is not above 0: where the solution of a
-programme has more, the tangent plane there joins all further programmes.
+equilibrium the sum over p gap + tau.s = f.W f + f.u0 - load.q, which is convex in (f, q), is not above 0.
 
-A programme that has no solution rules out its case; if all are ruled out, there is no equilibrium. Else the
-case is divided at the node that is farthest from its law, until one obeys all laws, and there may well be one.
+All this is relaxed by t, of the largest entry of each row, and the least t of a case is sought. If that is above
+`ROOM`, by the dual solution, which any solver may have found, the case is ruled out; if all are, there is no
+equilibrium. Else the case is divided at the node that is farthest from its law, until one obeys all laws, and
+there may well be one. `ROOM` is far beyond the rounding of the rows: that rules out nothing.
 
 A search is about nodes that may touch together near one place of the rigid body; all places are searched where
-strain displaces no candidate by more than `GIVES` times what the load does by itself. Rows of the programmes are
-divided by their largest entries and relaxed by `ROOM`, a hundred times what the solver (HiGHS) lets pass: rounding
-rules out nothing.
+strain displaces no candidate by more than `GIVES` times what the load does by itself.
 """
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import clarabel
 import numpy as np
-from scipy.optimize import linprog
+from scipy.sparse import csc_array
 
 from .judge import Posed, _frames, free_motions
 from .rest import resting_places
 
 ROOM = 1e-5  # of a row's largest entry
 OBEYED = 1e-4  # of the load, and of the displacement by it: how well nodes obey their laws
+FRICTION = 0.3  # weight of its law where a case is divided: with 1 twice as many cases
 RIGID = 1e4  # displacements by the load: slips beyond which strain is rounding
-PLANES, ROUNDS = 150, 8  # that are kept, and found for one case
+UNSEEN = 1e-9  # motions of unit size that change no row
+BEYOND = 10.0  # times the unknowns found: how far the bound holds
 PROGRAMMES = 3000  # at most, for all places of a body
 THIN = 1e-7  # an arc that is not divided any more
-SIDES = 16  # of the polygon around a disc
 HALVES = {2: ((0.0, 0.0), (np.pi, np.pi)), 3: tuple((a, a + np.pi / 2) for a in np.pi / 2 * np.arange(4))}
 
 
@@ -168,51 +169,74 @@ class Search:
         self.balance = np.hstack([R[near].reshape(n * d, m).T, np.zeros((m, m))])
         rows = np.concatenate([body.W[:, :, near].reshape(k, d, n * d) / size, R], axis=2)
         self.rows, self.others = rows[near], (rows[others, 0], body.start[others, 0] / size)
-        angles = 2 * np.pi * np.arange(SIDES) / SIDES
-        self.polygon = _ways(angles, d) if d == 3 else np.array([[1.0], [-1.0]])
-        self.planes: list[tuple[np.ndarray, float]] = []
+        W = self.rows.reshape(n * d, -1)[:, : n * d]
+        self.W = (W + W.T) / 2
         self.programmes = 0
 
     def run(self, programmes: int = PROGRAMMES) -> bool | None:
         """Tell whether there is an equilibrium; None if so many programmes do not tell."""
-        cases = [Case((None,) * self.n, (None,) * self.n)]
+        cases, undecided = [Case((None,) * self.n, (None,) * self.n)], False
         while cases:
             case = cases.pop()
             x = self._solution(case)
             if x is None:
                 continue
             off = self._off(case, x)
-            c, by_slip = (int(at) for at in np.unravel_index(np.argmax(off), off.shape))
-            if off[c, by_slip] <= OBEYED:
+            if off.max() <= OBEYED:
                 return True
-            arc = case.slip[c] if by_slip else None
-            if self.programmes >= programmes or (arc is not None and arc[1] - arc[0] < THIN):
+            if self.programmes >= programmes:
                 return None
-            cases += case.divided(c, bool(by_slip), self.d)
-        return False
+            c, by_slip = (int(at) for at in np.unravel_index(np.argmax(off * [1.0, FRICTION]), off.shape))
+            arc = case.slip[c] if by_slip else None
+            if arc is not None and arc[1] - arc[0] < THIN:
+                undecided = True
+            else:
+                cases += case.divided(c, bool(by_slip), self.d)
+        return None if undecided else False
 
     def _solution(self, case: Case) -> np.ndarray | None:
-        """Return the forces and amplitudes of a case, or None where it has none."""
-        for _ in range(ROUNDS):
-            self.programmes += 1
-            x = _point_of(*self._programme(case))
-            if x is None or not self._cut_off(x):
-                break
+        """Return the forces and amplitudes that need to be relaxed least, or None where a case is ruled out."""
+        rows, right, relaxed, cones = self._programme(case)
+        k = self.n * self.d
+        force = np.repeat([touches is not False for touches in case.touches], self.d)
+        _, seen, V = np.linalg.svd(rows[:, k:], full_matrices=False)
+        V = V[seen > UNSEEN * seen[0]]
+        A = np.hstack([rows[:, :k][:, force], rows[:, k:] @ V.T, -relaxed[:, None]])
+        cost = np.append(np.zeros(A.shape[1] - 1), 1.0)
+        settings = clarabel.DefaultSettings()
+        settings.verbose, settings.max_threads, settings.equilibrate_max_scaling = False, 1, 100.0
+        nothing = csc_array((cost.size, cost.size))
+        found = clarabel.DefaultSolver(nothing, cost, csc_array(A), right, cones, settings).solve()
+        self.programmes += 1
+        y, z = np.array(found.x), np.array(found.z)
+        if not np.isfinite(y).all() or not np.isfinite(z).all():
+            raise ArithmeticError(str(found.status))
+        unbalanced = np.abs(cost + A.T @ z)  # by this the dual solution z, which is in its cones, is off
+        if -right @ z - BEYOND * unbalanced @ (np.abs(y) + 1.0) > ROOM:
+            return None
+        x = np.zeros(rows.shape[1])
+        x[:k][force] = y[: force.sum()]
+        x[k:] = V.T @ y[force.sum() : -1]
         return x
 
-    def _programme(self, case: Case) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return rows, their lower and upper ends, and the bounds of the unknowns."""
+    def _programme(self, case: Case) -> tuple[np.ndarray, np.ndarray, np.ndarray, list]:
+        """Return rows, right sides, what t adds to these, and cones of right + t relaxed - rows x."""
         d, mu, size = self.d, self.mu, self.rows.shape[-1]
-        blocks, ends = [self.balance], [np.column_stack([-self.load, -self.load])]
-        bounds = np.tile([-np.inf, np.inf], (size, 1))
-        bounds[: self.n * d : d, 0] = 0.0
+        blocks, ends = [np.zeros((1, size))], [np.zeros(1)]  # t is not negative
 
         def add(rows: np.ndarray, low: Any, high: Any) -> None:
-            blocks.append(rows)
-            ends.append(np.column_stack([np.broadcast_to(end, len(rows)) for end in (low, high)]))
+            end = np.column_stack([np.broadcast_to(end, len(rows)) for end in (low, high)])
+            finite = np.isfinite(end)
+            scale = np.maximum(np.abs(rows).max(axis=1), np.abs(np.where(finite, end, 0.0)).max(axis=1))
+            for sign, some, side in zip((-1.0, 1.0), finite.T, end.T):
+                blocks.append(sign * rows[some] / scale[some, None])
+                ends.append(sign * side[some] / scale[some])
 
+        add(self.balance, -self.load, -self.load)
+        add(self.others[0], -self.others[1], np.inf)
+        discs, unit = [], np.eye(size)
         for c, (touches, slip) in enumerate(zip(case.touches, case.slip)):
-            force, gap, s = slice(c * d, c * d + d), self.start[c, 0], self.start[c, 1:]
+            force, gap, s = unit[c * d : c * d + d], self.start[c, 0], self.start[c, 1:]
             add(self.rows[c, :1], -gap, -gap if touches else np.inf)
             arc = slip if isinstance(slip, tuple) else None
             if slip == "none":
@@ -221,41 +245,31 @@ class Search:
                 inwards = _inwards(arc, d)
                 add(inwards @ self.rows[c, 1:], -inwards @ s, np.inf)
             if touches is False:
-                bounds[force] = 0.0
                 continue
-            law = np.zeros((0, d))  # of rows whose products with (p, tau) are not negative
-            if arc is None:
-                law = np.insert(self.polygon, 0, mu, axis=1)
-            else:
-                middle, wide = sum(arc) / 2, arc[1] - arc[0]
-                tangents = _ways(np.array([arc[0], middle, arc[1]]), d)
-                chord = np.append(-mu * np.cos(wide / 2), -tangents[1])
-                law = np.vstack(
-                    [np.insert(tangents, 0, mu, axis=1), chord, np.insert(-inwards, 0, 0.0, axis=1)]
-                )
-            rows = np.zeros((len(law), size))
-            rows[:, force] = law
-            add(rows, 0.0, np.inf)
-        rows, gaps = self.others
-        add(rows, -gaps, np.inf)
-        if self.planes:
-            add(np.array([plane for plane, _ in self.planes]), -np.inf, [most for _, most in self.planes])
-        A, end = np.concatenate(blocks), np.concatenate(ends)
-        scale = np.maximum(np.abs(A).max(axis=1), np.abs(np.where(np.isfinite(end), end, 0.0)).max(axis=1))
-        low, high = (end / scale[:, None] + [-ROOM, ROOM]).T
-        return A / scale[:, None], low, high, bounds
-
-    def _cut_off(self, x: np.ndarray) -> bool:
-        """Add the plane beyond which x lies, if it does."""
-        n = self.n * self.d
-        f, q = x[:n], x[n:]
-        bent = self.rows.reshape(n, -1)[:, :n] @ f
-        parts = np.array([f @ bent, f @ self.start.ravel(), -self.load @ q])
-        if parts.sum() <= ROOM * np.abs(parts).sum() + ROOM:
-            return False
-        slope = np.append(2 * bent + self.start.ravel(), -self.load)
-        self.planes = [*self.planes[-PLANES + 1 :], (slope, float(slope @ x - parts.sum()))]
-        return True
+            add(force[:1], 0.0, np.inf)
+            discs.append(np.insert(-force[1:], 0, -mu * force[0], axis=0))
+            if arc is not None:
+                middle = _ways(np.array([sum(arc) / 2]), d)
+                chord = -middle @ force[1:] - mu * np.cos((arc[1] - arc[0]) / 2) * force[0]
+                add(np.concatenate([chord, -inwards @ force[1:]]), 0.0, np.inf)
+        sizes = [d] * len(discs)
+        cones = [clarabel.NonnegativeConeT(sum(map(len, ends)))] + [clarabel.SecondOrderConeT(d)] * len(discs)
+        blocks += discs
+        ends += [np.zeros(d)] * len(discs)
+        # |root f|^2 <= load.q - u0.f, as a cone: |(2 root f, a - 1)| <= a + 1
+        kept = np.flatnonzero(np.repeat([touches is not False for touches in case.touches], d))
+        spent = np.append(np.zeros(self.n * d), self.load)
+        spent[kept] = -self.start.ravel()[kept]
+        scale = max(1.0, float(np.abs(spent).max()))
+        values, ways = np.linalg.eigh(self.W[np.ix_(kept, kept)])
+        root = np.zeros((len(kept), size))
+        root[:, kept] = np.sqrt(np.maximum(values, 0.0) / scale)[:, None] * ways.T
+        blocks.append(-np.vstack([spent / scale, spent / scale, 2 * root]))
+        ends.append(np.concatenate([[1.0, -1.0], np.zeros(len(kept))]))
+        cones.append(clarabel.SecondOrderConeT(len(kept) + 2))
+        free = sum(map(len, ends)) - sum(sizes) - len(kept) - 2
+        relaxed = [np.ones(free), np.tile(np.eye(d)[0], len(discs)), [1.0, 1.0], np.zeros(len(kept))]
+        return np.concatenate(blocks), np.concatenate(ends), np.concatenate(relaxed), cones
 
     def _off(self, case: Case, x: np.ndarray) -> np.ndarray:
         """How far the nodes are off their laws of contact and of friction (n, 2)."""
@@ -265,18 +279,6 @@ class Search:
         way = u[:, 1:] / np.where(slip > 0.0, slip, 1.0)[:, None]
         missing = np.linalg.norm(f[:, 1:] + self.mu * p[:, None] * way, axis=1) * np.minimum(slip, 1.0)
         return np.column_stack([contact, np.where([at == "none" for at in case.slip], 0.0, missing)])
-
-
-def _point_of(rows: np.ndarray, low: np.ndarray, high: np.ndarray, bounds: np.ndarray) -> np.ndarray | None:
-    """Return a point with low <= rows x <= high within bounds, or None where there is none."""
-    below, above = np.isfinite(low), np.isfinite(high)
-    A, b = np.concatenate([rows[above], -rows[below]]), np.concatenate([high[above], -low[below]])
-    for method, presolve in (("highs-ds", True), ("highs-ds", False), ("highs-ipm", True)):
-        options = {"presolve": presolve}
-        found = linprog(np.zeros(rows.shape[1]), A, b, bounds=bounds, method=method, options=options)
-        if found.status in (0, 2):
-            return found.x if found.status == 0 else None
-    raise ArithmeticError(found.message)
 
 
 def _ways(angles: np.ndarray, d: int) -> np.ndarray:
