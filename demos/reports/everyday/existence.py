@@ -13,7 +13,8 @@ equilibrium. Else the case is divided at the node that is farthest from its law,
 there may well be one. `ROOM` is far beyond the rounding of the rows: that rules out nothing.
 
 A search is about nodes that may touch together near one place of the rigid body; all places are searched where
-strain displaces no candidate by more than `GIVES` times what the load does by itself.
+strain displaces no candidate by more than `GIVES` times what the load does by itself, balanced by inertia, or what
+a force as large does at a candidate.
 """
 
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ from scipy.sparse import csc_array
 from .judge import Posed, _frames, free_motions
 from .rest import resting_places
 
+GIVES = 10.0  # times the displacement by the load, by strain
 ROOM = 1e-5  # of a row's largest entry
 OBEYED = 1e-4  # of the load, and of the displacement by it: how well nodes obey their laws
 FRICTION = 0.3  # weight of its law where a case is divided: with 1 twice as many cases
@@ -74,10 +76,10 @@ def has_equilibrium(posed: Posed, programmes: int = PROGRAMMES) -> bool | None:
     fixed = posed.prescribed.reshape(posed.b.shape)
     if fixed[posed.nodes].any() or not free_motions(posed).shape[1] or not posed.b[~fixed].any():
         return None
-    places = resting_places(posed)
+    condensed = Condensed.of(posed)
+    places = resting_places(posed, GIVES * condensed.strain)
     if places is None:
         return None
-    condensed = Condensed.of(posed)
     try:
         for near, motion in places:
             search = Search(condensed.after(motion), near, posed.mu)
@@ -104,6 +106,8 @@ class Condensed(NamedTuple):
     load : (m,)
         Work of the load in the motions.
     nodes, frame : (n,), (n, d, d)
+    strain : float
+        The largest displacement by the load that inertia balances, or by a force as large at a candidate.
     """
 
     W: np.ndarray
@@ -112,6 +116,7 @@ class Condensed(NamedTuple):
     load: np.ndarray
     nodes: np.ndarray
     frame: np.ndarray
+    strain: float
 
     @classmethod
     def of(cls, posed: Posed) -> "Condensed":
@@ -132,10 +137,11 @@ class Condensed(NamedTuple):
         R = R @ V.T
         R[:, 0, np.count_nonzero(s > 1e-9) :] = 0.0
         start = (at @ (soft @ b)).reshape(n, d)
+        W = (at @ soft @ at.T * force).reshape(n, d, n, d)
+        strain = max(float(np.abs(start).max()), float(np.abs(W).max()))
         start[:, 0] += posed.gap
         start[:, 1:] -= np.einsum("cta,ca->ct", frame[:, 1:], posed.reference)
-        W = (at @ soft @ at.T * force).reshape(n, d, n, d)
-        return cls(W, R, start, V @ (Z.T @ b) / force, posed.nodes, frame)
+        return cls(W, R, start, V @ (Z.T @ b) / force, posed.nodes, frame, strain)
 
     def after(self, motion: np.ndarray) -> "Condensed":
         """The nodes after a rigid motion (N d,)."""

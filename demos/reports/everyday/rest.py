@@ -1,7 +1,7 @@
 """Where a body can come to rest on a plane road, and whether it would ever stop.
 
 In the linear model the gaps of a rigid body are linear in its motions, so that its places are a polyhedron. Strain
-moves the nodes a little from there: by up to `GIVES` times what it does where inertia alone balances the load.
+moves the nodes a little from there.
 
 `slides_on` is an opinion, and no proof: the rigid body in a fluid, let go under Coulomb's law.
 """
@@ -18,23 +18,20 @@ from .judge import (
     Posed,
     _frames,
     _is_good,
-    _minimum,
-    _softness,
     _solution,
     free_motions,
 )
 
-GIVES = 10.0  # times the displacement by the load alone: by strain, along normals
 MANY = 5000  # places of a body that bends so much that it is not looked at
 ROOM = 1e-7  # of the size, and of the way there: rounding of a gap
 PARALLEL = 1e-12  # determinant of motions of unit size in which nodes touch that never do so together
 ROUNDS, SETTLED = 100, 1e-6  # of friction's bounds, and their change, of the load, that is none
 
 
-def resting_places(posed: Posed) -> list[tuple[np.ndarray, np.ndarray]] | None:
+def resting_places(posed: Posed, gives: float) -> list[tuple[np.ndarray, np.ndarray]] | None:
     """Return which candidates may touch together (k,), and a rigid motion (N d,) near which they do; None if many.
 
-    Strain may displace a candidate by D along its normal. The gaps g + a q that the rigid motion q alone would
+    Strain may displace a candidate by D = `gives` along its normal. The gaps g + a q that the rigid motion q alone would
     leave are then from -D to D where nodes touch, and not below -D elsewhere; q may be moved until as many nodes
     as determine it are between -D and D. Of these nodes some B have the largest determinant: the rows a of the
     others are sums of theirs with weights w between -1 and 1. Where the gaps of B are made 0, those of the others
@@ -46,9 +43,9 @@ def resting_places(posed: Posed) -> list[tuple[np.ndarray, np.ndarray]] | None:
     kept, n = s > 1e-9, len(U)
     a = U[:, kept] * np.sqrt(n)  # the gaps are g + a q in the motions q that change them
     motion = Z @ (V[kept].T / s[kept] * np.sqrt(n))
-    near, found = GIVES * _gives_way(posed, Z), {}
+    found: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
     if not kept.any():
-        return [(np.flatnonzero(posed.gap <= near), np.zeros(len(Z)))]
+        return [(np.flatnonzero(posed.gap <= gives), np.zeros(len(Z)))]
     for first in range(n):
         others = combinations(range(first + 1, n), a.shape[1] - 1)
         meet = np.array([(first, *rest) for rest in others], dtype=int).reshape(-1, a.shape[1])
@@ -56,7 +53,7 @@ def resting_places(posed: Posed) -> list[tuple[np.ndarray, np.ndarray]] | None:
         q = np.linalg.solve(a[meet], -posed.gap[meet][..., None])[..., 0]
         gaps, parts = posed.gap + q @ a.T, np.abs(a @ np.linalg.inv(a[meet]))
         room = ROOM * (size + np.abs(q).max(axis=1, initial=0.0))[:, None]
-        change = near * (1.0 + parts.sum(axis=2)) + room
+        change = gives * (1.0 + parts.sum(axis=2)) + room
         above = (gaps >= -change).all(axis=1)
         touching = (gaps <= change) & (parts.max(axis=2) <= 1.0 + ROOM)
         for some, at in zip(touching[above], q[above]):
@@ -68,16 +65,6 @@ def resting_places(posed: Posed) -> list[tuple[np.ndarray, np.ndarray]] | None:
     within = (sets @ sets.T == count[:, None]) & (count[:, None] < count)
     most = [place for place, more in zip(found.values(), within.any(axis=1)) if not more]
     return [(np.flatnonzero(some), motion @ at) for some, at in most]
-
-
-def _gives_way(posed: Posed, Z: np.ndarray) -> float:
-    """Return the largest displacement by the load where inertia alone balances it."""
-    keep, b = np.flatnonzero(~posed.prescribed), posed.b.ravel() - Z @ (Z.T @ posed.b.ravel())
-    soft, strength = _softness(posed), float(np.linalg.norm(b[keep])) or 1.0
-    rows, cones = csr_array(Z[keep].T), [clarabel.ZeroConeT(Z.shape[1])]
-    P = csr_array(posed.A)[keep][:, keep] * soft
-    _, x, found = _minimum(P, -b[keep] / strength, rows, np.zeros(Z.shape[1]), cones)
-    return float(np.abs(x).max()) * soft * strength if found else np.inf
 
 
 def _moves_its_supports(posed: Posed) -> bool:
