@@ -87,9 +87,10 @@ def test_the_judge_proves_that_friction_holds_a_body_nowhere(number):
     assert has_equilibrium(posed) is False
 
 
-@pytest.mark.parametrize("number", [362, 748, 1533, 2010, 4000697])
+@pytest.mark.parametrize("number", [362, 748, 1533, 2010, 4000697, 1276, 1859, 9026])
 def test_the_judge_proves_nothing_of_bodies_that_rest(number):
-    assert has_equilibrium(_posed(drawn(number)), programmes=200) is not False
+    # the last ones are rings under a weight that bends them far more than inertia would
+    assert has_equilibrium(_posed(drawn(number)), programmes=50) is not False
 
 
 @pytest.mark.parametrize(
