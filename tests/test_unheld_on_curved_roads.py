@@ -108,6 +108,8 @@ ONCE_FAILED += (1599, 2440, 4941, 900, 1823)
 ONCE_FAILED += (35204, 35463)
 # slow rolling in a hole, hollows seen from too deep, hills that hold nearly as much as they turn, a crest
 ONCE_FAILED += (7528, 9282, 33072, 5733)
+# bodies that yield and rest where they would else fall, after they have gone some sizes
+ONCE_FAILED += (3408, 3719, 1602)
 
 
 @pytest.mark.parametrize("number", ONCE_FAILED)
@@ -152,7 +154,7 @@ def test_it_takes_little_to_see_that_a_strap_slips(monkeypatch):
     assert len(calls) < 60
 
 
-@pytest.mark.parametrize(("friction", "tilt"), [(None, 0.0), (0.7, 0.0), (0.7, 0.4)])
+@pytest.mark.parametrize(("friction", "tilt"), [(0.7, 0.0), (0.7, 0.4)])
 def test_it_takes_few_solves_to_see_that_a_box_falls_between_two_walls(monkeypatch, friction, tilt):
     calls, once = [], ContactSolver.solve
 
@@ -168,7 +170,7 @@ def test_it_takes_few_solves_to_see_that_a_box_falls_between_two_walls(monkeypat
     walls = SeveralRoads([Plane((-0.2, 0.0), (1.0, 0.0)), Plane((1.2, 0.0), (-1.0, 0.0))])
     with pytest.raises(ValueError, match="carries the body off"):
         solve(BodyOnRoad(system, "skin", walls, friction=friction), progress=False)
-    assert len(calls) <= 12
+    assert len(calls) <= 20  # 32 when it went on for a thousand sizes
 
 
 def test_a_body_that_its_load_crushes_is_not_said_to_be_carried_off():

@@ -34,6 +34,7 @@ FALLS = 0.5  # of what forces turned: more is no step of Newton's method
 # times a node's own softness: a hollow of 4,000 facets needs more than one, a bump was not seen from 1e51;
 # both converge with 1e1 to 1e6
 SOFTEST = 1e3
+GONE = 10.0  # sizes: of bodies that rest in the end some have gone two
 BENT = 1.0  # sizes by which strain moves a node: it is of the order of 1 then
 IDLE = 8.0  # times the tolerance: what springs may still pull
 
@@ -98,7 +99,7 @@ class SequentialProgramming:
         turns = self.ranks.any(bool((self.planes.normal != self.planes.normal[:1]).any()))
         self._enough = LOOSE if turns else 0.0
         self._springs = np.zeros_like(self.planes.springs)
-        self._seen = posed.size  # how far it has gone before it is looked whether it would ever rest
+        self._seen = GONE * posed.size  # how far it goes before it is looked whether it would ever rest
         self._convex, self._patience = 0, 0  # iterations without hills, to come and the last time
         self._solutions: list[Solution] = []
 
@@ -196,15 +197,18 @@ class SequentialProgramming:
         return part, min(longest, 1.0)
 
     def _require_rest(self, rigid: RigidModes, u: np.ndarray, travelled: float) -> None:
-        """Refuse a body that has gone too far, or that let go at u (N, d), rigid from now on, would do so."""
+        """Refuse a body that has gone too far, or that let go at u (N, d), rigid from now on, would do so.
+
+        Without friction solves are quick, and one that yields may rest where a rigid one would fall.
+        """
         posed = self.posed
         try:
             if travelled > AWAY * posed.size:
                 motion = rigid.modes.T @ (self.u - self.begin.u).ravel()
                 raise CarriedOff(rigid.in_words(motion), travelled)
-            mu = 0.0 if self.loop.friction is None else self.loop.coefficient
-            at = posed.points + u[self.nodes]
-            approach(posed.road, at, rigid, posed.load, mu, self.planes.anchor, posed.size)
+            if self.loop.friction is not None:
+                at, mu = posed.points + u[self.nodes], self.loop.coefficient
+                approach(posed.road, at, rigid, posed.load, mu, self.planes.anchor, posed.size)
         except CarriedOff as gone:
             bent = float(np.abs(u - rigid.part_of(u)).max()) / posed.size
             if bent > BENT:
