@@ -76,6 +76,11 @@ for state in integrate(scheme, state, 100_000, history, "run.npz", every=10):
 """
 
 
+def same(a, b):
+    """Whether two processes found the same, each with kernels that it may have compiled itself."""
+    return np.abs(a - b).max() <= 1e-9 * np.abs(b).max()
+
+
 def test_a_killed_run_leaves_every_finished_step(tmp_path):
     command = [sys.executable, "-W", "ignore", "-c", RUN, str(Path(__file__).parent)]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
@@ -93,13 +98,11 @@ def test_a_killed_run_leaves_every_finished_step(tmp_path):
     reader.set_active_time_value(reader.time_values[42])
     mesh = reader.read()
     mesh = mesh[0] if isinstance(mesh, pyvista.MultiBlock) else mesh
-    assert np.array_equal(mesh.point_data["displacement"][:, :2], state.displacement)
+    assert same(mesh.point_data["displacement"][:, :2], state.displacement)
 
     rows = (tmp_path / "history.csv").read_text().splitlines()
     assert len(rows) >= last + 2  # a head, the start, and each step
     resumed = load_checkpoint(tmp_path / "run.npz", scheme)
     assert resumed.step % 10 == 0 and last - 10 <= resumed.step <= last + 1
     twin = Newmark(moving, 0.01)
-    assert np.array_equal(
-        twin.run(twin.start(velocity=velocity), resumed.step).displacement, resumed.displacement
-    )
+    assert same(twin.run(twin.start(velocity=velocity), resumed.step).displacement, resumed.displacement)

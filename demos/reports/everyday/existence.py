@@ -34,7 +34,7 @@ FRICTION = 0.3  # weight of its law where a case is divided: with 1 twice as man
 RIGID = 1e4  # displacements by the load: slips beyond which strain is rounding
 UNSEEN = 1e-9  # motions of unit size that change no row
 BEYOND = 10.0  # times the unknowns found: how far the bound holds
-PROGRAMMES = 2000  # at most, for all places of a body: 1 to 3 minutes with 16 to 40 nodes
+PROGRAMMES = 4000  # at most, for all places of a body: about a minute with 40 nodes
 THIN = 1e-7  # an arc that is not divided any more
 HALVES = {2: ((0.0, 0.0), (np.pi, np.pi)), 3: tuple((a, a + np.pi / 2) for a in np.pi / 2 * np.arange(4))}
 
