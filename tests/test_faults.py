@@ -240,7 +240,7 @@ def test_ctrl_c_at_any_moment(seconds, tmp_path):
             time.sleep(0.01)
         time.sleep(seconds)
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, said = process.communicate(timeout=300)
     assert process.returncode == 130, said
     assert "Traceback" not in said
     assert "files written so far are whole" in said
