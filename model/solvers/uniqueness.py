@@ -27,7 +27,6 @@ is friction.
 import warnings
 from collections.abc import Callable
 from ctypes import POINTER, c_double
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,6 +35,7 @@ from scipy.linalg.lapack import dgecon, dgetrf
 
 from model.node_loop.node_loop import NodeLoop
 from model.node_loop.status import Status
+from model.problem.linear_limits import PACKAGE
 from model.problem.rigid_modes import BALANCE, SEEN, null_space
 from model.solvers.contact_solver import ContactSolver, Solution
 from model.solvers.small_problem import block_diagonal, bordered_inverse, symmetric
@@ -43,7 +43,6 @@ from model.solvers.static_condensation import Condensation
 
 STEP = 1e-6  # relative: differences of a friction law are good to it
 SURE = 1e-8  # of the largest, once all rows are scaled alike: half of the digits
-PACKAGE = str(Path(__file__).parents[1])  # a warning points to the line that called the package
 
 
 class SeveralAnswers(UserWarning):
