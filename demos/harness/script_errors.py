@@ -19,15 +19,17 @@ def end_in_one_sentence() -> Callable[[], None]:
 
     The exit code is 1, or 130 after Ctrl-C; `python -X dev` shows the traceback all the same.
     """
-    hooks = sys.excepthook, sys.unraisablehook
-    sys.excepthook, sys.unraisablehook = _tell, _not_lost
-    handlers = {}
+    hooks, handlers = (sys.excepthook, sys.unraisablehook), {}
+    sys.excepthook = _tell
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        sys.unraisablehook = _not_lost
         handlers = {number: signal.signal(number, _interrupt) for number in (signal.SIGINT, signal.SIGALRM)}
 
     def undo() -> None:
         if sys.excepthook is _tell:
             sys.excepthook, sys.unraisablehook = hooks
+            if handlers:
+                signal.setitimer(signal.ITIMER_REAL, 0.0)  # nobody will listen
             for number, handler in handlers.items():
                 signal.signal(number, handler)
 
